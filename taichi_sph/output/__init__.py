@@ -1,0 +1,1 @@
+"""What a run leaves behind: frames, histories, checkpoints, record, summary, answer. No Taichi, no VTK."""
