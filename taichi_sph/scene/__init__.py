@@ -1,0 +1,37 @@
+"""What the user says. `from taichi_sph.scene import Scene, Shell, Plate, ...` starts no Taichi."""
+
+from .check import checked, sentence
+from .schema import (
+    Ball,
+    Box,
+    Collocation,
+    Cut,
+    Delay,
+    Galerkin,
+    InitialVelocity,
+    Material,
+    Mazars,
+    MeshFile,
+    NodalForce,
+    Numerics,
+    Output,
+    Plate,
+    PrescribedVelocity,
+    Pulse,
+    Quality,
+    Quantity,
+    Ramp,
+    Scene,
+    Shell,
+    Step,
+    Viscosity,
+)
+from .script import derive, dump, load_scene, parameters_of
+from .units import Density, Dimensionless, Force, Length, Pressure, Speed, Time, to_si
+
+__all__ = [
+    "Ball", "Box", "Collocation", "Cut", "Delay", "Density", "Dimensionless", "Force", "Galerkin",
+    "InitialVelocity", "Length", "Material", "Mazars", "MeshFile", "NodalForce", "Numerics", "Output", "Plate",
+    "PrescribedVelocity", "Pressure", "Pulse", "Quality", "Quantity", "Ramp", "Scene", "Shell", "Speed", "Step",
+    "Time", "Viscosity", "checked", "derive", "dump", "load_scene", "parameters_of", "sentence", "to_si",
+]  # fmt: skip

@@ -1,0 +1,113 @@
+"""Checks across the keys of a scene: units that were probably meant otherwise, names, sizes.
+
+Each raises ValueError with a sentence that starts with the key; `schema` calls them once the single
+values are known to be numbers in range.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from ..errors import nearest
+from .units import show
+
+if TYPE_CHECKING:
+    from .schema import Material, Plate, Scene, Shell
+
+MAX_NODES = 50_000_000
+MAX_STEPS = 100_000_000
+
+
+def material(m: "Material") -> None:
+    """Density, modulus and wave speed of the solids there are (foams and balsa to osmium; gels excluded)."""
+    if not 25.0 <= m.density <= 25_000.0:
+        for unit, factor in (("g/cm^3", 1e3), ("tonne/mm^3", 1e12), ("kg/mm^3", 1e9)):
+            if 100.0 <= m.density * factor <= 25_000.0:
+                hint = f"; it looks like {unit}: write '{m.density:g} {unit}'"
+                break
+        else:
+            hint = ""
+        raise ValueError(f"density {m.density:g} kg/m^3 is not that of a solid (25 to 25000 kg/m^3){hint}")
+    if not 1e3 <= m.young <= 2e12:
+        hint = ""
+        if m.young < 1e3:
+            unit = "GPa" if m.young >= 1.0 else "TPa"
+            hint = f"; it looks like {unit}: write '{m.young:g} {unit}'"
+        raise ValueError(f"young {m.young:g} Pa is outside 1 kPa to 2 TPa{hint}")
+    speed = math.sqrt(m.young / m.density)
+    if not 10.0 <= speed <= 30_000.0:
+        hint = f"; young looks like MPa: write '{m.young:g} MPa'" if speed < 10.0 else ""
+        raise ValueError(
+            f"young {show(m.young, 'Pa')} with density {m.density:g} kg/m^3 gives a wave speed of {speed:.3g} m/s, "
+            f"outside 10 to 30000 m/s{hint}"
+        )
+
+
+def plate(shell: "Shell") -> None:
+    """Thickness and cuts against the size of a plate."""
+    surface: Plate = shell.surface  # type: ignore[assignment]
+    size = max(surface.length, surface.width)
+    if shell.thickness > size:
+        raise ValueError(
+            f"thickness {show(shell.thickness, 'm')} of shell '{shell.name}' is larger than the plate itself "
+            f"({show(surface.length, 'm')} x {show(surface.width, 'm')})"
+        )
+    low = surface.origin
+    high = (low[0] + surface.length, low[1] + surface.width, low[2])
+    margin = 0.05 * size  # a cut may start a little outside: it is the edge that it must open
+    for number, cut in enumerate(shell.cuts):
+        for end, point in (("start", cut.start), ("end", cut.end)):
+            for axis in range(3):
+                if not low[axis] - margin <= point[axis] <= high[axis] + margin:
+                    raise ValueError(
+                        f"cuts[{number}].{end}: {'xyz'[axis]} = {show(point[axis], 'm')} is outside the plate "
+                        f"'{shell.name}' ({show(low[axis], 'm')} to {show(high[axis], 'm')})"
+                    )
+
+
+def scene(s: "Scene") -> None:
+    """Names, loads, and the size of the computation."""
+    names = [shell.name for shell in s.shells]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"shells: the name '{name}' is given {names.count(name)} times; names must differ")
+    for key in ("forces", "motions", "initial"):
+        for number, load in enumerate(getattr(s, key)):
+            if load.shell not in names:
+                raise ValueError(f"{key}[{number}].shell: there is no shell '{load.shell}'{nearest(load.shell, names)}")
+    measured = [q.name for q in s.quantities]
+    for name in measured:
+        if measured.count(name) > 1:
+            raise ValueError(f"quantities: '{name}' is asked for {measured.count(name)} times; names must differ")
+    _size(s)
+
+
+def _size(s: "Scene") -> None:
+    spacing, nodes = s.numerics.spacing, 0.0
+    fastest = max(math.sqrt(shell.material.young / shell.material.density) for shell in s.shells)
+    for shell in s.shells:
+        if shell.surface.kind != "plate":
+            continue
+        smallest = min(shell.surface.length, shell.surface.width)
+        if spacing > smallest:
+            raise ValueError(
+                f"numerics.spacing {show(spacing, 'm')} is larger than the body: plate '{shell.name}' is "
+                f"{show(smallest, 'm')} wide"
+            )
+        nodes += shell.surface.length * shell.surface.width / spacing**2
+    if nodes > MAX_NODES:
+        raise ValueError(
+            f"numerics.spacing {show(spacing, 'm')} gives {nodes:.2g} nodes; at most {MAX_NODES / 1e6:g} million are allowed"
+        )
+    steps = s.duration * fastest / (0.5 * spacing)
+    if steps > MAX_STEPS:
+        raise ValueError(
+            f"duration {show(s.duration, 's')} takes about {steps:.2g} time steps at spacing {show(spacing, 'm')}; "
+            f"at most {MAX_STEPS:.0e} are allowed (is it in microseconds? write '{s.duration:g} us')"
+        )
+    if steps < 1.0:
+        raise ValueError(
+            f"duration {show(s.duration, 's')} is shorter than one time step "
+            f"(about {show(0.5 * spacing / fastest, 's')} at spacing {show(spacing, 'm')})"
+        )

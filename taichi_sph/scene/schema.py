@@ -1,0 +1,313 @@
+"""What the user says: a strict, frozen, validated description of a run. No Taichi here.
+
+Physics (bodies, loads, motions, duration) stands apart from `Numerics` (how it is computed) and
+`Output` (what is kept). Every number is SI once validated; strings with units ("4 mm", "32 GPa",
+"15 us") are accepted wherever a dimensional type of `units` stands. Unknown keys are refused, and so
+are values that no body of this world has (`plausible`): they are wrong units more often than intentions.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StrictBool, StrictInt, model_validator
+
+from . import plausible
+from .units import Density, Dimensionless, Force, Length, Pressure, Speed, Time
+
+Point = tuple[Length, Length, Length]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]  # names become file names
+Quality = Literal["draft", "standard", "paper"]
+
+
+class Frozen(BaseModel):
+    """Base of every scene part: immutable, unknown keys refused, finite numbers only."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True)
+
+
+def _kind(value: Any) -> Any:
+    """A part that is chosen by its kind may be given by that name alone, with its defaults."""
+    return {"kind": value} if isinstance(value, str) else value
+
+
+Choice = (Field(discriminator="kind"), BeforeValidator(_kind))
+
+
+# --- surfaces -----------------------------------------------------------------------------------
+
+
+class Plate(Frozen):
+    """Flat rectangle parallel to the plane z = 0, corner at `origin`, along x (`length`) and y (`width`)."""
+
+    kind: Literal["plate"] = "plate"
+    length: Annotated[Length, Field(gt=0)]
+    width: Annotated[Length, Field(gt=0)]
+    origin: Point = (0.0, 0.0, 0.0)
+
+
+class MeshFile(Frozen):
+    """Any triangle or quadrangle surface mesh that meshio reads; `scale` turns its unit into metres."""
+
+    kind: Literal["mesh"] = "mesh"
+    path: Path
+    scale: Annotated[Dimensionless, Field(gt=0)] = 1.0
+
+
+Surface = Annotated[Plate | MeshFile, *Choice]
+
+
+# --- materials: strength, damage, rupture chosen apart ------------------------------------------
+
+
+class Mazars(Frozen):
+    """Mazars damage, traction part (T 2.61, 2.64)."""
+
+    threshold: Annotated[Dimensionless, Field(gt=0, lt=1)]  # epsilon_D
+    A: Annotated[Dimensionless, Field(ge=0, le=1)]  # A_L, asymptote
+    B: Annotated[Dimensionless, Field(gt=0)]  # B_L, fall after the peak
+
+
+class Delay(Frozen):
+    """Delayed damage (T 2.73): the rate of damage is bounded by 1/tau_c."""
+
+    a: Annotated[Dimensionless, Field(gt=0)]
+    tau_c: Annotated[Time, Field(gt=0)]
+
+
+class Material(Frozen):
+    """Isotropic linear elasticity in plane stress, with optional damage, delay and rupture."""
+
+    name: str
+    source: str = ""
+    young: Annotated[Pressure, Field(gt=0)]
+    poisson: Annotated[Dimensionless, Field(gt=-1, lt=0.5)]
+    density: Annotated[Density, Field(gt=0)]
+    damage: Mazars | None = None
+    delay: Delay | None = None
+    critical_damage: Annotated[Dimensionless, Field(gt=0, le=1)] | None = None  # D_c: rupture
+
+    @model_validator(mode="after")
+    def _believable(self) -> "Material":
+        if self.damage is None and (self.delay is not None or self.critical_damage is not None):
+            raise ValueError("delay and critical_damage need a damage law: set damage")
+        plausible.material(self)
+        return self
+
+
+# --- bodies -------------------------------------------------------------------------------------
+
+
+class Cut(Frozen):
+    """Straight cut through the thickness from `start` to `end`: pre-crack or notch."""
+
+    start: Point
+    end: Point
+
+    @model_validator(mode="after")
+    def _has_length(self) -> "Cut":
+        if self.start == self.end:
+            raise ValueError("start and end are the same point: a cut needs a length")
+        return self
+
+
+class Shell(Frozen):
+    """A thin body: mid-surface, thickness, material, cuts present at t = 0.
+
+    `motion` = "in_plane": the mid-surface stays in its plane (plane stress, two degrees of freedom).
+    """
+
+    name: Name
+    surface: Surface
+    thickness: Annotated[Length, Field(gt=0)]
+    material: Material
+    motion: Literal["in_plane"] = "in_plane"
+    cuts: tuple[Cut, ...] = ()
+
+    @model_validator(mode="after")
+    def _believable(self) -> "Shell":
+        if isinstance(self.surface, Plate):
+            plausible.plate(self)
+        return self
+
+
+# --- where, and how a load varies ----------------------------------------------------------------
+
+
+class Box(Frozen):
+    """Reference points with lo <= X <= hi; None leaves a side open."""
+
+    kind: Literal["box"] = "box"
+    lo: tuple[Length | None, Length | None, Length | None] = (None, None, None)
+    hi: tuple[Length | None, Length | None, Length | None] = (None, None, None)
+
+    @model_validator(mode="after")
+    def _has_inside(self) -> "Box":
+        for axis, lo, hi in zip("xyz", self.lo, self.hi):
+            if lo is not None and hi is not None and lo > hi:
+                raise ValueError(f"lo is above hi along {axis} ({lo:g} m > {hi:g} m): the box holds nothing")
+        return self
+
+
+class Ball(Frozen):
+    """Reference points within `radius` of `centre`."""
+
+    kind: Literal["ball"] = "ball"
+    centre: Point
+    radius: Annotated[Length, Field(gt=0)]
+
+
+Region = Annotated[Box | Ball, *Choice]
+
+
+class Step(Frozen):
+    """Full value from t = 0 on."""
+
+    kind: Literal["step"] = "step"
+
+
+class Ramp(Frozen):
+    """Grows linearly from 0 to the full value at `rise`, then stays (T 2.111)."""
+
+    kind: Literal["ramp"] = "ramp"
+    rise: Annotated[Time, Field(gt=0)]
+
+
+History = Annotated[Step | Ramp, *Choice]
+
+
+class NodalForce(Frozen):
+    """Dead force `total`, shared by the nodes of `where` in proportion to their area."""
+
+    shell: str
+    where: Region
+    total: tuple[Force, Force, Force]
+    history: History = Step()
+
+
+class PrescribedVelocity(Frozen):
+    """Velocity imposed on the nodes of `where`, component by component; None leaves one free."""
+
+    shell: str
+    where: Region
+    velocity: tuple[Speed | None, Speed | None, Speed | None]
+    history: History = Step()
+
+    @model_validator(mode="after")
+    def _holds_something(self) -> "PrescribedVelocity":
+        if all(v is None for v in self.velocity):
+            raise ValueError("velocity leaves all three components free: give at least one, 0 to hold it")
+        return self
+
+
+class Pulse(Frozen):
+    """exp(-((x - centre) / width)**2)."""
+
+    centre: Length
+    width: Annotated[Length, Field(gt=0)]
+
+
+class InitialVelocity(Frozen):
+    """Velocity at t = 0 of the nodes of `where`: a uniform `velocity`, or a Gaussian pulse along x
+    (T 4.5.1) velocity * exp(-((x - centre) / width)**2) when `pulse` is given."""
+
+    shell: str
+    where: Region = Box()
+    velocity: tuple[Speed, Speed, Speed]
+    pulse: Pulse | None = None
+
+
+# --- numerics ------------------------------------------------------------------------------------
+
+
+class Viscosity(Frozen):
+    """Artificial viscosity between node pairs (T 2.35, 2.36)."""
+
+    alpha: Annotated[Dimensionless, Field(ge=0, le=10)] = 0.05
+    beta: Annotated[Dimensionless, Field(ge=0, le=10)] = 0.1
+
+
+class Galerkin(Frozen):
+    """Nodal force = exact transpose of the strain operator (docs/method.md)."""
+
+    kind: Literal["galerkin"] = "galerkin"
+    support: Annotated[Dimensionless, Field(ge=1.0, le=2.0)] = 1.2  # h / D
+    stabilisation: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.2  # gamma
+
+
+class Collocation(Frozen):
+    """The thesis's strong form (T 2.2), with its viscosity and its filter on crack edges (T 2.3.6.5)."""
+
+    kind: Literal["collocation"] = "collocation"
+    support: Annotated[Dimensionless, Field(ge=1.0, le=2.0)] = 1.5
+    viscosity: Viscosity = Viscosity()
+    edge_filter: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.01
+
+
+Formulation = Annotated[Galerkin | Collocation, *Choice]
+
+
+class Numerics(Frozen):
+    """How it is computed. `spacing` D is the node spacing of generated surfaces."""
+
+    spacing: Annotated[Length, Field(gt=0)]
+    cells: Literal["quad", "triangle"] = "quad"
+    irregularity: Annotated[Dimensionless, Field(ge=0, le=0.4)] = 0.0  # random moves, in spacings
+    seed: Annotated[StrictInt, Field(ge=0, lt=2**32)] = 0
+    formulation: Formulation = Galerkin()
+    precision: Literal["f32", "f64"] = "f64"
+    time_step_safety: Annotated[Dimensionless, Field(gt=0, le=1)] = 0.9
+
+
+class Output(Frozen):
+    """What is kept: `frames` pictures over the run, `samples` points in each history."""
+
+    frames: Annotated[StrictInt, Field(ge=1, le=10_000)] = 40
+    samples: Annotated[StrictInt, Field(ge=1, le=1_000_000)] = 400
+    checkpoints: Annotated[StrictInt, Field(ge=0, le=1000)] = 4
+    keep_checkpoints: Annotated[StrictInt, Field(ge=1, le=1000)] = 2
+
+
+# --- what the run is to show ---------------------------------------------------------------------
+
+
+class Quantity(Frozen):
+    """A number the run must produce: `name` is a measure of `taichi_sph.output.measures`, `options`
+    its arguments; `value` +- `tolerance` the target in `unit`, None where none is stated."""
+
+    name: str
+    unit: str = ""
+    value: float | None = None
+    tolerance: Annotated[float, Field(ge=0)] | None = None
+    source: str = ""
+    options: dict[str, float | str] = {}
+
+
+class Scene(Frozen):
+    """A whole run. `quality` and `parameters` say how the script was called (for the record)."""
+
+    name: Name
+    title: str
+    source: str
+    quality: Literal["draft", "standard", "paper", "custom"] = "custom"
+    parameters: dict[str, StrictBool | StrictInt | float | str] = {}
+    shells: Annotated[tuple[Shell, ...], Field(min_length=1)]
+    forces: tuple[NodalForce, ...] = ()
+    motions: tuple[PrescribedVelocity, ...] = ()
+    initial: tuple[InitialVelocity, ...] = ()
+    duration: Annotated[Time, Field(gt=0)]
+    numerics: Numerics
+    output: Output = Output()
+    quantities: tuple[Quantity, ...] = ()
+
+    @model_validator(mode="after")
+    def _believable(self) -> "Scene":
+        plausible.scene(self)
+        return self
+
+    def derive(self, **changes: Any) -> "Scene":
+        """A new scene with some keys changed: scene.derive(**{"numerics.spacing": "1 mm"})."""
+        from .script import derive
+
+        return derive(self, **changes)

@@ -1,0 +1,225 @@
+"""Scene scripts: load, vary, derive, and turn into JSON and back.
+
+A script is a Python file with a function `scene(quality="draft", a=10.0, ...) -> Scene`. The typed
+parameters of that function are its options (`--set a=8`); dotted keys reach any other part of the
+scene (`--set numerics.spacing=1mm`). A JSON file holds one scene, as the record of a run does.
+"""
+
+from __future__ import annotations
+
+import inspect
+import json
+import sys
+import types
+import typing
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin
+
+from pydantic import TypeAdapter, ValidationError
+
+from ..errors import SceneError, TaichiSphError, nearest
+from .check import sentence
+from .schema import MeshFile, Scene
+
+SceneFunction = Callable[..., Scene]
+
+
+def load_scene(source: Path | str | SceneFunction, settings: Mapping[str, Any] | None = None) -> Scene:
+    """The scene of a script, a JSON file or a scene function, with `settings` applied.
+
+    Keys without a dot are parameters of the scene function; dotted keys are applied by `derive`.
+    Values may be texts, as they come from a command line.
+    """
+    settings = dict(settings or {})
+    dotted = {key: value for key, value in settings.items() if "." in key}
+    named = {key: value for key, value in settings.items() if "." not in key}
+    if callable(source):
+        folder = Path(inspect.getfile(source)).resolve().parent
+        scene = _call(source, named, Path(inspect.getfile(source)).name)
+    else:
+        path = Path(source)
+        folder = path.resolve().parent
+        if not path.is_file():
+            raise SceneError(f"there is no scene file '{path}'")
+        if path.suffix == ".py":
+            scene = _call(_function(path), named, path.name)
+        elif path.suffix == ".json":
+            scene = _from_json(path)
+            dotted = {**named, **dotted}
+        else:
+            raise SceneError(f"'{path}' is not a scene: a scene is a .py script or a .json file")
+    scene = _anchored(scene, folder)
+    return derive(scene, **{key: _literal(value) for key, value in dotted.items()}) if dotted else scene
+
+
+def parameters_of(source: Path | str | SceneFunction) -> dict[str, inspect.Parameter]:
+    """The parameters of a scene function, with their types resolved."""
+    function = source if callable(source) else _function(Path(source))
+    hints = typing.get_type_hints(function, include_extras=True)
+    return {n: p.replace(annotation=hints.get(n, str)) for n, p in inspect.signature(function).parameters.items()}
+
+
+def derive(scene: Scene, **changes: Any) -> Scene:
+    """A new scene with some keys changed: derive(s, **{"numerics.spacing": "1 mm", "duration": 8e-5}).
+
+    List entries go by number or by name ("shells.plate.thickness"). A new spacing makes the quality "custom".
+    """
+    data = scene.model_dump()
+    for key, value in changes.items():
+        _set(data, key, value)
+    if "numerics.spacing" in changes and "quality" not in changes:
+        data["quality"] = "custom"
+    recorded = {k: v for k, v in changes.items() if isinstance(v, (bool, int, float, str))}
+    data["parameters"] = {**data["parameters"], **recorded}
+    try:
+        return Scene.model_validate(data)
+    except ValidationError as error:
+        raise SceneError(sentence(error, Scene)) from None
+
+
+def dump(scene: Scene) -> str:
+    """The scene as JSON, numbers in SI; `load_scene` reads it back equal."""
+    return scene.model_dump_json(indent=2) + "\n"
+
+
+def _from_json(path: Path) -> Scene:
+    try:
+        return Scene.model_validate_json(path.read_bytes())
+    except ValidationError as error:
+        raise SceneError(f"{path.name}: {sentence(error, Scene)}") from None
+    except OSError as error:
+        raise SceneError(f"'{path}' cannot be read: {error.strerror}") from None
+
+
+def _function(path: Path) -> SceneFunction:
+    """Runs a script under another name than __main__ and returns its `scene` function."""
+    if not path.is_file():
+        raise SceneError(f"there is no scene file '{path}'")
+    module = types.ModuleType(f"taichi_sph_scene_{path.stem}")
+    module.__file__ = str(path.resolve())
+    sys.modules[module.__name__] = module  # where get_type_hints looks names up
+    try:
+        exec(compile(path.read_bytes(), str(path), "exec"), module.__dict__)
+    except ValidationError as error:
+        raise SceneError(f"{_line(error, path)}: {sentence(error)}") from None
+    except TaichiSphError:
+        raise
+    except SyntaxError as error:
+        raise SceneError(f"{path.name} line {error.lineno}: it is not valid Python ({error.msg})") from None
+    except Exception as error:
+        raise SceneError(f"{_line(error, path)}: {type(error).__name__}: {error}") from None
+    function = module.__dict__.get("scene")
+    if not callable(function):
+        raise SceneError(f"{path.name} has no function 'scene': a scene script defines scene(...) and returns a Scene")
+    return function
+
+
+def _call(function: SceneFunction, settings: Mapping[str, Any], name: str) -> Scene:
+    parameters = parameters_of(function)
+    values: dict[str, Any] = {}
+    for key, value in settings.items():
+        if key not in parameters:
+            hint = nearest(key, [*parameters, *Scene.model_fields])
+            raise SceneError(f"unknown option '{key}' of {name}{hint}")
+        values[key] = _typed(key, value, parameters[key].annotation)
+    missing = [n for n, p in parameters.items() if p.default is p.empty and n not in values]
+    if missing:
+        raise SceneError(f"option '{missing[0]}' of {name} has no default: give --set {missing[0]}=...")
+    for key, parameter in parameters.items():
+        if key not in values:
+            values[key] = _typed(key, parameter.default, parameter.annotation)
+    try:
+        scene = function(**values)
+    except ValidationError as error:
+        raise SceneError(f"{_line(error, Path(name))}: {error.title}.{sentence(error)}") from None
+    except TaichiSphError:
+        raise
+    except Exception as error:
+        raise SceneError(f"{_line(error, Path(name))}: {type(error).__name__}: {error}") from None
+    if not isinstance(scene, Scene):
+        raise SceneError(f"{name}: scene(...) returned {type(scene).__name__}, not a Scene")
+    quality = values.get("quality", scene.quality)
+    recorded = {k: v for k, v in values.items() if k != "quality"}
+    return scene.model_copy(update={"quality": quality, "parameters": recorded})
+
+
+def _typed(key: str, value: Any, kind: Any) -> Any:
+    """`value` (perhaps a text) as the parameter's type, or a sentence."""
+    if isinstance(value, str) and kind is not str:
+        value = _text(value, kind)
+    try:
+        return TypeAdapter(kind).validate_python(value, strict=kind in (int, bool) or None)
+    except ValidationError as error:
+        said = sentence(error, kind)
+        raise SceneError(f"option {key}{said if said.startswith(' ') else ': ' + said}") from None
+
+
+def _text(value: str, kind: Any) -> Any:
+    if kind is bool:
+        return {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}.get(value.lower(), value)
+    if get_origin(kind) is Literal:
+        return next((option for option in get_args(kind) if str(option) == value), value)
+    return _literal(value)
+
+
+def _literal(value: Any) -> Any:
+    """A text of the command line as the number, truth value, null or list that it spells, else itself."""
+    if not isinstance(value, str):
+        return value
+    try:
+        return json.loads(value)
+    except ValueError:
+        return value
+
+
+def _set(data: Any, key: str, value: Any) -> None:
+    *parents, last = key.split(".")
+    path = ""
+    for part in parents:
+        data = data[_index(data, part, path)]
+        path = f"{path}.{part}" if path else part
+    last = _index(data, last, path)
+    if isinstance(data, dict) and isinstance(data[last], dict) and isinstance(value, dict):
+        value = {**data[last], **value} if value.get("kind", data[last].get("kind")) == data[last].get("kind") else value
+    data[last] = value
+
+
+def _index(data: Any, part: str, path: str) -> Any:
+    """The key, number or name `part` in a table or list of the scene."""
+    where = f" in {path}" if path else ""
+    if isinstance(data, dict):
+        if part in data:
+            return part
+        raise SceneError(f"unknown key '{part}'{where}{nearest(part, data)}")
+    if isinstance(data, (list, tuple)):
+        names = [str(entry.get("name", i)) if isinstance(entry, dict) else str(i) for i, entry in enumerate(data)]
+        if part in names:
+            return names.index(part)
+        if part.isdigit() and int(part) < len(data):
+            return int(part)
+        raise SceneError(f"there is no entry '{part}'{where}{nearest(part, names)}")
+    raise SceneError(f"'{path}' is a single value: it has no key '{part}'")
+
+
+def _anchored(scene: Scene, folder: Path) -> Scene:
+    """Mesh paths are meant from the folder of the script."""
+    if all(not isinstance(s.surface, MeshFile) or s.surface.path.is_absolute() for s in scene.shells):
+        return scene
+    shells = []
+    for shell in scene.shells:
+        if isinstance(shell.surface, MeshFile):
+            surface = shell.surface.model_copy(update={"path": folder / shell.surface.path})
+            shell = shell.model_copy(update={"surface": surface})
+        shells.append(shell)
+    return scene.model_copy(update={"shells": tuple(shells)})
+
+
+def _line(error: BaseException, path: Path) -> str:
+    """'name line n': the deepest line of the script that the error passed through."""
+    line, trace = None, error.__traceback__
+    while trace is not None:
+        if Path(trace.tb_frame.f_code.co_filename).name == path.name:
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    return f"{path.name} line {line}" if line else path.name

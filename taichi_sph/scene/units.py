@@ -1,0 +1,129 @@
+"""Physical quantities at the edge of the program: a number is SI, a string carries its unit.
+
+`Length`, `Time`, ... are annotated floats. After validation every value is a float in the SI unit of
+its dimension; "4 mm", "32 GPa" or "15/16 inch" are converted once, here. Pint is imported with the
+first string only, so a scene read back from JSON (numbers) never pays for it.
+"""
+
+from __future__ import annotations
+
+import math
+import numbers
+import re
+from dataclasses import dataclass
+from functools import cache
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator
+
+from ..errors import nearest
+
+COMMON = (
+    "m mm cm um km in inch ft s ms us ns Pa kPa MPa GPa bar N kN MN kg g tonne kg/m^3 g/cm^3 "
+    "tonne/mm^3 m/s mm/ms km/s deg rad"
+).split()
+
+
+@dataclass(frozen=True)
+class Unit:
+    """Marks an annotated float with its SI unit; `example` is shown when a value is refused."""
+
+    symbol: str
+    dimension: str
+    example: str
+
+    @property
+    def shown(self) -> str:
+        return f"'{self.example}'" if self.symbol else self.example
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry(on_redefinition="ignore")
+
+
+# a number or a fraction, then a product of unit names with one-digit powers: nothing else reaches pint,
+# which would read '4,0 mm' as 40 mm, 'mm' as 1 mm, and compute '9**9**9 m' for ever
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(?:/\s*({_NUMBER}))?\s*([^\d\s].*)?", re.ASCII)
+_UNIT = re.compile(r"(?:[a-zA-Zµμ%°]+(?:\^-?\d)?|[\s*/()·])*")
+
+
+@cache
+def _factor(text: str, symbol: str) -> float:
+    """How many `symbol` one `text` is; ValueError on an unknown unit or another dimension."""
+    import pint
+
+    spelled = re.sub(r"(?<=[a-zA-Zµμ])(-?\d)", r"^\1", text.replace("**", "^")).replace("·", "*")
+    if not _UNIT.fullmatch(spelled):
+        raise ValueError(f"'{text}' is not a unit")
+    registry = _registry()
+    try:
+        return float(registry.Quantity(1.0, spelled).to(symbol or "dimensionless").magnitude)
+    except pint.UndefinedUnitError as error:
+        names = error.unit_names
+        unknown = names if isinstance(names, str) else next(iter(names))
+        raise ValueError(f"unknown unit '{unknown}'{nearest(unknown, COMMON)}") from None
+    except pint.DimensionalityError:
+        raise ValueError(f"'{text}' does not convert to {symbol or 'a pure number'}") from None
+    except Exception:  # pint raises a dozen kinds on malformed text; to a user they are one
+        raise ValueError(f"'{text}' is not a unit") from None
+
+
+def to_si(text: str, unit: Unit) -> float:
+    """The number of `unit.symbol` in `text`, e.g. to_si("4 mm", metre) = 0.004. ValueError if none."""
+    match = _QUANTITY.fullmatch(text)
+    if not match:
+        raise ValueError(f"is not a {unit.dimension} such as {unit.shown}")
+    top, bottom, unit_text = match.groups()
+    if bottom and float(bottom) == 0.0:
+        raise ValueError("divides by zero")
+    if not unit_text and unit.symbol:
+        raise ValueError(f"has no unit; write a {unit.dimension} such as {unit.shown}, or a plain number of {unit.symbol}")
+    try:
+        factor = _factor(unit_text.strip(), unit.symbol) if unit_text else 1.0
+    except ValueError as error:
+        raise ValueError(f"is not a {unit.dimension} such as {unit.shown}: {error}") from None
+    return float(top) / float(bottom or 1.0) * factor
+
+
+def _validator(unit: Unit) -> BeforeValidator:
+    def convert(value: Any) -> float:
+        if isinstance(value, str):
+            return to_si(value, unit)
+        if isinstance(value, numbers.Real) and not isinstance(value, bool):
+            return float(value)
+        raise ValueError(f"is not a {unit.dimension} such as {unit.shown}")
+
+    return BeforeValidator(convert)
+
+
+_METRE = Unit("m", "length", "4 mm")
+_SECOND = Unit("s", "time", "15 us")
+_SPEED = Unit("m/s", "speed", "730 m/s")
+_PASCAL = Unit("Pa", "pressure", "32 GPa")
+_NEWTON = Unit("N", "force", "3 kN")
+_DENSITY = Unit("kg/m^3", "density", "2450 kg/m^3")
+_ONE = Unit("", "pure number", "0.2")
+
+Length = Annotated[float, _validator(_METRE), _METRE]
+Time = Annotated[float, _validator(_SECOND), _SECOND]
+Speed = Annotated[float, _validator(_SPEED), _SPEED]
+Pressure = Annotated[float, _validator(_PASCAL), _PASCAL]
+Force = Annotated[float, _validator(_NEWTON), _NEWTON]
+Density = Annotated[float, _validator(_DENSITY), _DENSITY]
+Dimensionless = Annotated[float, _validator(_ONE), _ONE]
+
+_PREFIXES = {-9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+
+
+def show(value: float, symbol: str = "") -> str:
+    """A number with its SI unit for a sentence: show(0.004, 'm') = '4 mm', show(7.8e-9, 'kg/m^3') as is."""
+    if symbol in ("m", "s", "Pa", "N", "J") and value and math.isfinite(value):
+        exponent = min(9, max(-9, 3 * math.floor(math.log10(abs(value)) / 3)))
+        if symbol in ("m", "s"):
+            exponent = min(0, exponent)
+        return f"{value / 10.0**exponent:.4g} {_PREFIXES[exponent]}{symbol}"
+    return f"{value:.6g} {symbol}".rstrip()
