@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import types
 from collections.abc import Callable
 from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
@@ -42,12 +43,13 @@ _SAID = {
 def sentence(error: ValidationError, model: type | None = None) -> str:
     """The first error in full, and how many more there are. `model` is the type that was validated."""
     problems = error.errors(include_url=False)
-    first = problems[0]
+    first = min(problems, key=lambda problem: problem["type"] != "extra_forbidden")  # a misspelt key explains a missing one
     loc, annotations = _readable(first["loc"], model)
     text = _one(first, loc, annotations)
-    more = len(problems) - 1
-    if more:
-        keys = list(dict.fromkeys(_path(_readable(p["loc"], model)[0]) or "?" for p in problems[1:]))[:3]
+    others = dict.fromkeys(_path(_readable(p["loc"], model)[0]) or "?" for p in problems if p is not first)
+    others.pop(_path(loc), None)  # each member of a union complains
+    if others:
+        more, keys = len(others), list(others)[:3]
         text += f" ({more} more error{'s' if more > 1 else ''}, in {', '.join(keys)}{', ...' if more > 3 else ''})"
     return text
 
@@ -67,7 +69,9 @@ def _one(problem: Any, loc: list[str], annotations: list[Any]) -> str:
         said = str(context["error"])
         if said.startswith(("is ", "has ", "divides ")):  # said by a unit about its value
             return f"{key} = {_shown(value)} {said}"
-        return f"{key}{'.' if key and not key.endswith(']') else (': ' if key else '')}{said}" if key else said
+        owner = _model(annotations[-1] if annotations else None)
+        is_key = bool(owner) and re.split(r"\W", said, maxsplit=1)[0] in owner.model_fields
+        return f"{key}{'.' if is_key else ': '}{said}" if key else said
     if kind == "extra_forbidden":
         owner = _model(annotations[-2] if len(annotations) > 1 else None)
         where = f" in {_path(loc[:-1])}" if loc[:-1] else ""
@@ -126,6 +130,8 @@ def _readable(loc: tuple[int | str, ...], model: Any) -> tuple[list[str], list[A
         chosen = _choose(here, part)
         if chosen is not None:  # a tag, not a key
             here = chosen
+            if kinds:
+                kinds[-1] = chosen
             continue
         owner = _model(here)
         if owner is None and here is not None and get_origin(_bare(here)) is not dict:

@@ -68,6 +68,8 @@ def plate(shell: "Shell") -> None:
 
 def scene(s: "Scene") -> None:
     """Names, loads, and the size of the computation."""
+    if not s.shells:
+        raise ValueError("shells is empty: a scene needs at least one body")
     names = [shell.name for shell in s.shells]
     for name in names:
         if names.count(name) > 1:
@@ -76,6 +78,11 @@ def scene(s: "Scene") -> None:
         for number, load in enumerate(getattr(s, key)):
             if load.shell not in names:
                 raise ValueError(f"{key}[{number}].shell: there is no shell '{load.shell}'{nearest(load.shell, names)}")
+            across = {"forces": "total", "motions": "velocity", "initial": "velocity"}[key]
+            if s.shells[names.index(load.shell)].motion == "in_plane" and getattr(load, across)[2]:
+                raise ValueError(
+                    f"{key}[{number}].{across}: z must be 0, for shell '{load.shell}' moves in its plane (motion = 'in_plane')"
+                )
     measured = [q.name for q in s.quantities]
     for name in measured:
         if measured.count(name) > 1:

@@ -292,7 +292,7 @@ class Scene(Frozen):
     source: str
     quality: Literal["draft", "standard", "paper", "custom"] = "custom"
     parameters: dict[str, StrictBool | StrictInt | float | str] = {}
-    shells: Annotated[tuple[Shell, ...], Field(min_length=1)]
+    shells: tuple[Shell, ...]
     forces: tuple[NodalForce, ...] = ()
     motions: tuple[PrescribedVelocity, ...] = ()
     initial: tuple[InitialVelocity, ...] = ()

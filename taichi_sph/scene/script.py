@@ -19,6 +19,7 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import TypeAdapter, ValidationError
 
 from ..errors import SceneError, TaichiSphError, nearest
+from . import schema
 from .check import sentence
 from .schema import MeshFile, Scene
 
@@ -28,29 +29,26 @@ SceneFunction = Callable[..., Scene]
 def load_scene(source: Path | str | SceneFunction, settings: Mapping[str, Any] | None = None) -> Scene:
     """The scene of a script, a JSON file or a scene function, with `settings` applied.
 
-    Keys without a dot are parameters of the scene function; dotted keys are applied by `derive`.
+    Parameters of the scene function go to it; other keys of a scene ("numerics.spacing") to `derive`.
     Values may be texts, as they come from a command line.
     """
     settings = dict(settings or {})
-    dotted = {key: value for key, value in settings.items() if "." in key}
-    named = {key: value for key, value in settings.items() if "." not in key}
     if callable(source):
         folder = Path(inspect.getfile(source)).resolve().parent
-        scene = _call(source, named, Path(inspect.getfile(source)).name)
+        scene, rest = _call(source, settings, Path(inspect.getfile(source)).name)
     else:
         path = Path(source)
         folder = path.resolve().parent
         if not path.is_file():
             raise SceneError(f"there is no scene file '{path}'")
         if path.suffix == ".py":
-            scene = _call(_function(path), named, path.name)
+            scene, rest = _call(_function(path), settings, path.name)
         elif path.suffix == ".json":
-            scene = _from_json(path)
-            dotted = {**named, **dotted}
+            scene, rest = _from_json(path), settings
         else:
             raise SceneError(f"'{path}' is not a scene: a scene is a .py script or a .json file")
     scene = _anchored(scene, folder)
-    return derive(scene, **{key: _literal(value) for key, value in dotted.items()}) if dotted else scene
+    return derive(scene, **{key: _literal(value) for key, value in rest.items()}) if rest else scene
 
 
 def parameters_of(source: Path | str | SceneFunction) -> dict[str, inspect.Parameter]:
@@ -65,7 +63,7 @@ def derive(scene: Scene, **changes: Any) -> Scene:
 
     List entries go by number or by name ("shells.plate.thickness"). A new spacing makes the quality "custom".
     """
-    data = scene.model_dump()
+    data = scene.model_dump(mode="json")
     for key, value in changes.items():
         _set(data, key, value)
     if "numerics.spacing" in changes and "quality" not in changes:
@@ -102,7 +100,7 @@ def _function(path: Path) -> SceneFunction:
     try:
         exec(compile(path.read_bytes(), str(path), "exec"), module.__dict__)
     except ValidationError as error:
-        raise SceneError(f"{_line(error, path)}: {sentence(error)}") from None
+        raise SceneError(_in_script(error, path)) from None
     except TaichiSphError:
         raise
     except SyntaxError as error:
@@ -115,33 +113,40 @@ def _function(path: Path) -> SceneFunction:
     return function
 
 
-def _call(function: SceneFunction, settings: Mapping[str, Any], name: str) -> Scene:
+def _call(function: SceneFunction, settings: Mapping[str, Any], name: str) -> tuple[Scene, dict[str, Any]]:
+    """The scene that the function makes, and the settings that are none of its parameters."""
     parameters = parameters_of(function)
     values: dict[str, Any] = {}
+    rest: dict[str, Any] = {}
     for key, value in settings.items():
-        if key not in parameters:
-            hint = nearest(key, [*parameters, *Scene.model_fields])
-            raise SceneError(f"unknown option '{key}' of {name}{hint}")
-        values[key] = _typed(key, value, parameters[key].annotation)
-    missing = [n for n, p in parameters.items() if p.default is p.empty and n not in values]
-    if missing:
-        raise SceneError(f"option '{missing[0]}' of {name} has no default: give --set {missing[0]}=...")
+        if key in parameters:
+            values[key] = _typed(key, value, parameters[key].annotation)
+        elif "." in key or key in ("duration", "title"):
+            rest[key] = value
+        else:
+            raise SceneError(f"unknown option '{key}' of {name}{nearest(key, parameters)}")
     for key, parameter in parameters.items():
+        if key not in values and parameter.default is parameter.empty:
+            raise SceneError(f"option '{key}' of {name} has no default: give --set {key}=...")
         if key not in values:
             values[key] = _typed(key, parameter.default, parameter.annotation)
     try:
         scene = function(**values)
     except ValidationError as error:
-        raise SceneError(f"{_line(error, Path(name))}: {error.title}.{sentence(error)}") from None
+        raise SceneError(_in_script(error, Path(name))) from None
     except TaichiSphError:
         raise
     except Exception as error:
         raise SceneError(f"{_line(error, Path(name))}: {type(error).__name__}: {error}") from None
     if not isinstance(scene, Scene):
         raise SceneError(f"{name}: scene(...) returned {type(scene).__name__}, not a Scene")
-    quality = values.get("quality", scene.quality)
-    recorded = {k: v for k, v in values.items() if k != "quality"}
-    return scene.model_copy(update={"quality": quality, "parameters": recorded})
+    recorded = {key: value for key, value in values.items() if key != "quality"}
+    # the parameters are what the script was called with, whatever it wrote there itself
+    update = {"parameters": recorded, "quality": values.get("quality", scene.quality)}
+    try:
+        return Scene.model_validate({**scene.model_dump(), **update}), rest
+    except ValidationError as error:
+        raise SceneError(f"{name}: {sentence(error, Scene)}") from None
 
 
 def _typed(key: str, value: Any, kind: Any) -> Any:
@@ -213,6 +218,11 @@ def _anchored(scene: Scene, folder: Path) -> Scene:
             shell = shell.model_copy(update={"surface": surface})
         shells.append(shell)
     return scene.model_copy(update={"shells": tuple(shells)})
+
+
+def _in_script(error: ValidationError, path: Path) -> str:
+    """Where in the script, which part, and what is wrong with it."""
+    return f"{_line(error, path)}: {error.title}: {sentence(error, getattr(schema, error.title, None))}"
 
 
 def _line(error: BaseException, path: Path) -> str:

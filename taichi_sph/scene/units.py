@@ -116,13 +116,13 @@ Force = Annotated[float, _validator(_NEWTON), _NEWTON]
 Density = Annotated[float, _validator(_DENSITY), _DENSITY]
 Dimensionless = Annotated[float, _validator(_ONE), _ONE]
 
-_PREFIXES = {-9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+_PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 
 def show(value: float, symbol: str = "") -> str:
     """A number with its SI unit for a sentence: show(0.004, 'm') = '4 mm', show(7.8e-9, 'kg/m^3') as is."""
     if symbol in ("m", "s", "Pa", "N", "J") and value and math.isfinite(value):
-        exponent = min(9, max(-9, 3 * math.floor(math.log10(abs(value)) / 3)))
+        exponent = min(9, max(-12, 3 * math.floor(math.log10(abs(value)) / 3)))
         if symbol in ("m", "s"):
             exponent = min(0, exponent)
         return f"{value / 10.0**exponent:.4g} {_PREFIXES[exponent]}{symbol}"
