@@ -1,0 +1,260 @@
+"""Frames on disk: one VTKHDF file per body, a temporal unstructured grid that ParaView plays.
+
+Layout: VTKHDF 2.x, https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/. Connectivity
+and every array that does not change ("reference") are stored once, the rest one chunk per step.
+
+Crash safety. Between frames the file is closed, so a run that is killed while computing leaves a
+whole file. An append only adds new chunks behind the old ones; what says that they exist (a few
+kilobytes of metadata, written last, when the file is closed) is all that changes in place. The
+single-writer mode of HDF5 is not used: after a kill it leaves a mark that ParaView refuses. A file
+is created under another name and moved in place, and one damaged beyond reading is put aside on
+resume rather than lost.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from ..errors import SceneError
+from .frame import BodyFrame, Frame
+
+SUFFIX = ".vtkhdf"
+VERSION = (2, 2)
+VTK_TRIANGLE, VTK_QUAD = 5, 9
+STATIC = frozenset({"reference"})  # written once, the same at every step
+EXACT = frozenset({"points", "reference"})  # kept in f64: displacements are differences of these
+
+
+def _stored(name: str, array: np.ndarray) -> np.ndarray:
+    """What goes to disk: positions in f64, other reals in f32 (exact state is in checkpoints)."""
+    array = np.ascontiguousarray(array)
+    if array.dtype.kind == "f":
+        return array.astype(np.float64 if name in EXACT else np.float32, copy=False)
+    if array.dtype == bool:
+        return array.astype(np.uint8)
+    return array
+
+
+def _create(group: h5py.Group, name: str, array: np.ndarray) -> None:
+    """A data set that grows by one chunk per step; chunks never straddle steps (crash safety)."""
+    array = _stored(name.lower(), array)
+    if len(array) == 0:  # HDF5 has no empty chunks
+        group.create_dataset(name, data=array, maxshape=(None, *array.shape[1:]))
+        return
+    packing = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+    if array.dtype.kind == "f" and name not in {"damage", "rupture_time"}:
+        packing = {}  # noise: packing costs more than it saves
+    group.create_dataset(
+        name, data=array, chunks=array.shape, maxshape=(None, *array.shape[1:]), **packing
+    )
+
+
+def _extend(dataset: h5py.Dataset, rows: np.ndarray) -> int:
+    """Appends rows; returns where they start."""
+    start = dataset.shape[0]
+    dataset.resize(start + len(rows), axis=0)
+    dataset[start:] = rows
+    return start
+
+
+def _create_file(path: Path, body: BodyFrame, time: float, step: int) -> None:
+    quads = body.cells[:, 3] >= 0
+    size = np.where(quads, 4, 3)
+    connectivity = body.cells[body.cells >= 0].astype(np.int64)
+    temporary = path.with_name(path.name + ".tmp")
+    with h5py.File(temporary, "w", libver="earliest", locking=False) as file:
+        root = file.create_group("VTKHDF")
+        root.attrs["Version"] = np.array(VERSION, dtype=np.int64)
+        root.attrs.create("Type", np.bytes_("UnstructuredGrid"))
+        root["NumberOfPoints"] = np.array([len(body.points)], dtype=np.int64)
+        root["NumberOfCells"] = np.array([len(body.cells)], dtype=np.int64)
+        root["NumberOfConnectivityIds"] = np.array([len(connectivity)], dtype=np.int64)
+        root["Connectivity"] = connectivity
+        root["Offsets"] = np.concatenate([[0], np.cumsum(size)]).astype(np.int64)
+        root["Types"] = np.where(quads, VTK_QUAD, VTK_TRIANGLE).astype(np.uint8)
+        _create(root, "Points", body.points)
+
+        steps = root.create_group("Steps")
+        steps.attrs["NSteps"] = np.int64(1)
+
+        def series(group: h5py.Group, name: str, first: np.ndarray) -> None:
+            group.create_dataset(name, data=first, maxshape=(None, *first.shape[1:]), chunks=(256, *first.shape[1:]))
+
+        zero = np.zeros(1, dtype=np.int64)
+        series(steps, "Values", np.array([time], dtype=np.float64))
+        series(steps, "NumberOfParts", np.ones(1, dtype=np.int64))
+        for name in ("PartOffsets", "PointOffsets"):
+            series(steps, name, zero)
+        for name in ("CellOffsets", "ConnectivityIdOffsets"):
+            series(steps, name, zero[:, None])
+        for kind, arrays in (("PointData", body.point_data), ("CellData", body.cell_data)):
+            data, offsets = root.create_group(kind), steps.create_group(f"{kind}Offsets")
+            for name, array in arrays.items():
+                _create(data, name, array)
+                series(offsets, name, zero)
+        # The step number travels as field data: one value per frame.
+        series(root.create_group("FieldData"), "step", np.array([step], dtype=np.int64))
+        series(steps.create_group("FieldDataOffsets"), "step", zero)
+        series(steps.create_group("FieldDataSizes"), "step", np.ones((1, 2), dtype=np.int64))
+    os.replace(temporary, path)
+
+
+def _append(path: Path, body: BodyFrame, time: float, step: int) -> None:
+    with h5py.File(path, "r+", locking=False) as file:
+        root = file["VTKHDF"]
+        steps = root["Steps"]
+        count = int(steps.attrs["NSteps"])
+        for kind, arrays in (("PointData", body.point_data), ("CellData", body.cell_data)):
+            if set(arrays) != set(root[kind]):
+                raise ValueError(f"{path.name}: the fields changed from {sorted(root[kind])} to {sorted(arrays)}")
+        _extend(steps["PointOffsets"], np.array([_extend(root["Points"], _stored("points", body.points))]))
+        for kind, arrays in (("PointData", body.point_data), ("CellData", body.cell_data)):
+            for name, array in arrays.items():
+                start = 0 if name in STATIC else _extend(root[kind][name], _stored(name, array))
+                _extend(steps[f"{kind}Offsets"][name], np.array([start]))
+        _extend(steps["FieldDataOffsets"]["step"], np.array([_extend(root["FieldData/step"], np.array([step]))]))
+        _extend(steps["FieldDataSizes"]["step"], np.ones((1, 2), dtype=np.int64))
+        _extend(steps["NumberOfParts"], np.ones(1, dtype=np.int64))
+        _extend(steps["PartOffsets"], np.zeros(1, dtype=np.int64))
+        for name in ("CellOffsets", "ConnectivityIdOffsets"):
+            _extend(steps[name], np.zeros((1, 1), dtype=np.int64))
+        _extend(steps["Values"], np.array([time]))
+        steps.attrs["NSteps"] = np.int64(count + 1)
+
+
+def truncate(path: Path, time: float) -> int:
+    """Drops the steps later than `time` [s]; returns how many are left (file deleted when none)."""
+    with h5py.File(path, "r+", locking=False) as file:
+        root = file["VTKHDF"]
+        steps = root["Steps"]
+        values = steps["Values"][:]
+        keep = int(np.count_nonzero(values <= time * (1 + 1e-12)))
+        if 0 < keep < len(values):
+            for kind in ("PointData", "CellData"):
+                for name in root[kind]:
+                    if name not in STATIC:
+                        dataset = root[kind][name]
+                        dataset.resize(dataset.shape[0] // len(values) * keep, axis=0)
+            points = root["Points"]
+            points.resize(points.shape[0] // len(values) * keep, axis=0)
+            root["FieldData/step"].resize(keep, axis=0)
+
+            def shorten(_: str, item: object) -> None:
+                if isinstance(item, h5py.Dataset):
+                    item.resize(keep, axis=0)
+
+            steps.visititems(shorten)
+            steps.attrs["NSteps"] = np.int64(keep)
+    if keep == 0:
+        path.unlink()
+    return keep
+
+
+class FramesWriter:
+    """Writes frames into `folder`/<body>.vtkhdf.
+
+    `resume_at` None starts anew; a time [s] keeps the frames up to it and goes on behind them.
+    `aside` names the files that could not be read on resume and were moved away.
+    """
+
+    def __init__(self, folder: Path | str, resume_at: float | None = None) -> None:
+        self.folder = Path(folder)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self.aside: list[Path] = []
+        self._last_step: dict[str, int] = {}
+        for path in sorted(self.folder.glob("*" + SUFFIX)):
+            if resume_at is None:
+                path.unlink()
+                continue
+            try:
+                if truncate(path, resume_at):
+                    with FramesFile(path) as file:
+                        self._last_step[path.stem] = int(file.steps[-1])
+            except (OSError, KeyError, RuntimeError, SceneError):
+                self.aside.append(path.rename(path.with_suffix(".unreadable")))
+
+    def path(self, body: str) -> Path:
+        return self.folder / (body + SUFFIX)
+
+    def append(self, frame: Frame) -> list[Path]:
+        """Adds one instant; a step that is already the last one is left alone (resumed runs)."""
+        paths = []
+        for body in frame.bodies:
+            path = self.path(body.name)
+            last = self._last_step.get(body.name)
+            if last is None:
+                _create_file(path, body, frame.time, frame.step)
+            elif frame.step > last:
+                _append(path, body, frame.time, frame.step)
+            elif frame.step < last:
+                raise ValueError(f"frame of step {frame.step} after step {last}")
+            self._last_step[body.name] = frame.step
+            paths.append(path)
+        return paths
+
+
+class FramesFile:
+    """Reads one body's file with h5py only: `times` [s], `steps`, and the body at any of them."""
+
+    def __init__(self, path: Path | str) -> None:
+        self.path = Path(path)
+        self.name = self.path.stem
+        try:
+            self._file = h5py.File(self.path, "r", locking=False)
+            self._root = self._file["VTKHDF"]
+            self._steps = self._root["Steps"]
+            count = int(self._steps.attrs["NSteps"])
+            self.times: np.ndarray = self._steps["Values"][:count]
+            self.steps: np.ndarray = self._root["FieldData/step"][:count]
+        except FileNotFoundError:
+            raise SceneError(f"there is no frames file '{self.path}'") from None
+        except (OSError, KeyError) as error:
+            raise SceneError(f"'{self.path}' is not a frames file of this package ({error})") from None
+        offsets = self._root["Offsets"][:]
+        connectivity = self._root["Connectivity"][:]
+        self.cells = np.full((len(offsets) - 1, 4), -1, dtype=np.int32)
+        corner = np.arange(4) < np.diff(offsets)[:, None]
+        self.cells[corner] = connectivity
+        self._points = int(self._root["NumberOfPoints"][0])
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def __enter__(self) -> FramesFile:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __iter__(self) -> Iterator[BodyFrame]:
+        return (self.body(i) for i in range(len(self)))
+
+    def close(self) -> None:
+        self._file.close()
+
+    def nearest(self, time: float) -> int:
+        """Index of the frame nearest to `time` [s]."""
+        return int(np.argmin(np.abs(self.times - time)))
+
+    def array(self, kind: str, name: str, index: int) -> np.ndarray:
+        """One array at frame `index`; kind "PointData" or "CellData"."""
+        start = int(self._steps[f"{kind}Offsets"][name][index])
+        rows = self._points if kind == "PointData" else len(self.cells)
+        return self._root[kind][name][start : start + rows]
+
+    def body(self, index: int = -1) -> BodyFrame:
+        """The body at frame `index` (negative counts from the end)."""
+        index = range(len(self))[index]
+        start = int(self._steps["PointOffsets"][index])
+        return BodyFrame(
+            name=self.name,
+            points=self._root["Points"][start : start + self._points],
+            cells=self.cells,
+            point_data={n: self.array("PointData", n, index) for n in self._root["PointData"]},
+            cell_data={n: self.array("CellData", n, index) for n in self._root["CellData"]},
+        )
