@@ -1,0 +1,22 @@
+"""Which nodes a region of the scene means. NumPy only; decided once, on reference positions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..scene.schema import Ball, Box
+
+
+def inside(region: Box | Ball, points: np.ndarray) -> np.ndarray:
+    """(N, 3) reference positions [m] -> (N,) bool. Rounding does not decide: the border is 1e-9 sizes thick."""
+    slack = 1e-9 * float(np.ptp(points, axis=0).max(initial=0.0))
+    if isinstance(region, Ball):
+        return np.linalg.norm(points - np.asarray(region.centre), axis=1) <= region.radius + slack
+    caught = np.ones(len(points), bool)
+    for axis in range(3):
+        lo, hi = region.lo[axis], region.hi[axis]
+        if lo is not None:
+            caught &= points[:, axis] >= lo - slack
+        if hi is not None:
+            caught &= points[:, axis] <= hi + slack
+    return caught
