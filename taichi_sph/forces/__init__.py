@@ -1,0 +1,1 @@
+"""The terms of the equations of motion, one file each: formula, kernels, launcher."""

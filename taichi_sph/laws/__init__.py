@@ -1,0 +1,1 @@
+"""Physics at a point: Taichi functions, numbers in, numbers out, one file per law."""

@@ -1,0 +1,115 @@
+"""The pools: what exists during a run, one data-only class per kind. Shapes and units beside each field.
+
+`dim` is the number of displacement components: 2 for a shell that stays in its plane. It is a constant
+of the run, so the same kernels serve every dim.
+"""
+
+import numpy as np
+
+from .. import runtime
+from ..runtime import ti
+from .mesh import SurfaceMesh
+
+
+@ti.data_oriented
+class Nodes:
+    """Shell nodes: mass and motion. State: u, v (half step), work; constant: the rest."""
+
+    def __init__(self, mesh: SurfaceMesh, mass: np.ndarray, dim: int):
+        self.n = n = len(mesh.points)
+        self.dim = dim
+        self.X = runtime.new("nodes.X", n, 3, "f64")  # m, reference position
+        self.mass = runtime.new("nodes.mass", n)  # kg
+        self.u = runtime.new("nodes.u", n, dim)  # m, displacement
+        self.v = runtime.new("nodes.v", n, dim)  # m/s, velocity at the half step before (T 2.31)
+        self.force = runtime.new("nodes.force", n, dim)  # N, sum of the terms
+        self.kinetic = runtime.new("nodes.kinetic", n)  # J, written on sampled steps only
+        self.fragment = runtime.new("nodes.fragment", n, dtype="i32")  # 1: no live cell around it
+        self.fixed = runtime.new("nodes.fixed", n, dtype="i32")  # prescribed motion + 1, 0 = free
+        runtime.put(self.X, mesh.points)
+        runtime.put(self.mass, mass)
+
+
+@ti.data_oriented
+class Cells:
+    """Stress points, one per cell: geometry (constant), damage and energy (state)."""
+
+    def __init__(self, mesh: SurfaceMesh, thickness: float, nodes: Nodes):
+        self.n = n = len(mesh.cells)
+        self.nodes_X = nodes.X
+        self.n_corners = runtime.new("cells.n_corners", n, dtype="i32")
+        self.corner = runtime.new("cells.corner", n, 4, "i32")  # node numbers, -1 where there is none
+        self.edge = runtime.new("cells.edge", n, 4, "i32")  # edge numbers, -1 where there is none
+        self.sides = runtime.new("edges.sides", len(mesh.edges.nodes), 2, "i32")  # 4 * cell + side, -1
+        self.centre = runtime.new("cells.centre", n, 3, "f64")  # m, reference
+        self.t1 = runtime.new("cells.t1", n, 3, "f64")  # tangent frame, reference
+        self.t2 = runtime.new("cells.t2", n, 3, "f64")
+        self.radius = runtime.new("cells.radius", n, dtype="f64")  # m, farthest corner from the centre
+        self.volume = runtime.new("cells.volume", n)  # m3, area times thickness
+        self.broken = runtime.new("cells.broken", n, dtype="i32")
+        self.rupture_time = runtime.new("cells.rupture_time", n, dtype="f64")  # s
+        self.damage = runtime.new("cells.damage", n)  # D, as the law alone would have it
+        self.delayed = runtime.new("cells.delayed", n)  # D_r <= D, what the stress feels (T 2.73)
+        self.psi = runtime.new("cells.psi", n)  # J/m3, elastic energy of the undamaged material
+        self.lost = runtime.new("cells.lost", n)  # J, taken by damage so far
+        self.new = runtime.new("cells.new", n, dtype="i32")  # cells that break in this step
+        self.n_new = runtime.new("cells.n_new", 1, dtype="i32")
+        self.start_of_node = runtime.new("nodes.cell_start", nodes.n + 1, dtype="i32")
+        self.of_node = runtime.new("nodes.cell", int(mesh.corners.sum()), dtype="i32")
+
+        runtime.put(self.n_corners, mesh.corners)
+        runtime.put(self.corner, mesh.cells.astype(np.int32))
+        runtime.put(self.edge, mesh.edges.cell_edges)
+        runtime.put(self.sides, mesh.edges.sides)
+        runtime.put(self.centre, mesh.centres)
+        runtime.put(self.t1, np.ascontiguousarray(mesh.frames[:, 0]))
+        runtime.put(self.t2, np.ascontiguousarray(mesh.frames[:, 1]))
+        spokes = np.linalg.norm(
+            mesh.points[np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)] - mesh.centres[:, None], axis=2
+        )
+        runtime.put(self.radius, spokes.max(axis=1))
+        runtime.put(self.volume, mesh.areas * thickness)
+        runtime.put(self.rupture_time, np.full(n, np.nan))
+        node = mesh.cells.ravel()
+        cell = np.repeat(np.arange(n), 4)[node >= 0]
+        node = node[node >= 0]
+        order = np.argsort(node, kind="stable")
+        runtime.put(self.of_node, cell[order].astype(np.int32))
+        runtime.put(self.start_of_node, np.r_[0, np.cumsum(np.bincount(node, minlength=nodes.n))].astype(np.int32))
+
+    @ti.func
+    def other_side_broken(self, edge, s):
+        """1 when the cell across `edge` from cell s is broken too."""
+        result = 0
+        for k in ti.static(range(2)):
+            side = self.sides[edge][k]
+            if side >= 0:
+                other = side // 4
+                if other != s and self.broken[other] == 1:
+                    result = 1
+        return result
+
+
+@ti.data_oriented
+class MaterialPool:
+    """Constants of the material, as fields so that changing a number recompiles nothing.
+
+    Which laws there are (`damages`, `delays`, `breaks`) is a constant of the run: what a scene does not ask
+    for is not compiled.
+    """
+
+    def __init__(self, material, thickness: float):
+        self.damages = material.damage is not None
+        self.delays = material.delay is not None
+        self.breaks = material.critical_damage is not None
+        values = {"young": material.young, "poisson": material.poisson, "thickness": thickness}
+        if self.damages:
+            values |= {"threshold": material.damage.threshold, "A": material.damage.A, "B": material.damage.B}
+        if self.delays:
+            values |= {"a": material.delay.a, "tau_c": material.delay.tau_c}
+        if self.breaks:
+            values |= {"critical": material.critical_damage}
+        for name, value in values.items():
+            field = runtime.new(f"material.{name}", 1)
+            field[0] = value
+            setattr(self, name, field)

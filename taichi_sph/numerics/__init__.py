@@ -1,0 +1,1 @@
+"""Numerics without physics: kernel function, MLS, grid hash, visibility."""

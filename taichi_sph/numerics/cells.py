@@ -1,0 +1,62 @@
+"""Grid hash: which points lie near a place. Counting sort by hand, for fixed and for moving points.
+
+Space is cut into cubes of side `reach`; a cube's number is hashed into a table of fixed size, so the
+extent of the points does not matter. A query looks at 27 cubes; because two cubes may share a place in
+the table, a point counts only when it truly lies in the cube asked for, which also excludes doubles.
+"""
+
+from .. import runtime
+from ..runtime import ti
+
+
+@ti.data_oriented
+class CellGrid:
+    """Points (field of 3-vectors), their number, and the largest distance that will be asked for [m]."""
+
+    def __init__(self, name: str, points, n: int, reach: float):
+        self.points = points
+        self.n = n
+        self.reach = reach
+        self.table = 1 << max(4, (2 * n - 1).bit_length())
+        self.start = runtime.new(f"{name}.start", self.table + 1, dtype="i32")
+        self.sorted = runtime.new(f"{name}.sorted", n, dtype="i32")
+        self.rebuild()
+
+    def rebuild(self) -> None:
+        """Sort the points anew (they may have moved)."""
+        _sort(self, self.n, self.table, 1.0 / self.reach)
+
+
+@ti.func
+def cube(x, inverse_reach):
+    """Cube that holds the point x."""
+    return ti.cast(ti.floor(x * inverse_reach), ti.i32)
+
+
+@ti.func
+def bucket(c, table):
+    """Place of a cube in the table (Teschner et al. 2003)."""
+    return ((c[0] * 73856093) ^ (c[1] * 19349663) ^ (c[2] * 83492791)) & (table - 1)
+
+
+@ti.kernel
+def _sort(grid: ti.template(), n: ti.i32, table: ti.i32, inverse_reach: ti.f64):
+    # one thread: the order inside a bucket must not depend on the number of threads
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        for c in range(table + 1):
+            grid.start[c] = 0
+        for i in range(n):
+            grid.start[bucket(cube(grid.points[i], inverse_reach), table) + 1] += 1
+        for c in range(table):
+            grid.start[c + 1] += grid.start[c]
+        # fill from the back, which leaves start[c] at the first point of bucket c again
+        for k in range(n):
+            i = n - 1 - k
+            b = bucket(cube(grid.points[i], inverse_reach), table) + 1
+            grid.start[b] -= 1
+            grid.sorted[grid.start[b]] = i
+        # start[b + 1] now points at the beginning of bucket b: shift back by one
+        for c in range(table):
+            grid.start[c] = grid.start[c + 1]
+        grid.start[table] = n

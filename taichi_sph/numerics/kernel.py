@@ -1,0 +1,30 @@
+"""The cubic spline B3 (T 1.7) in one, two and three dimensions; support radius 2h."""
+
+import math
+
+from ..runtime import ti
+
+# T 1.7 prints the constant of two dimensions; the other two follow from the partition of unity (T 1.3)
+CONSTANT = {1: 2.0 / 3.0, 2: 10.0 / (7.0 * math.pi), 3: 1.0 / math.pi}
+
+
+@ti.func
+def b3(q):
+    """Shape of T 1.7 at q = r / h, without the constant C / h^dim: 1 at the centre, 0 from q = 2 on."""
+    value = q * 0.0
+    if q <= 1.0:
+        value = 1.0 - 1.5 * q * q + 0.75 * q * q * q
+    elif q < 2.0:
+        value = 0.25 * (2.0 - q) ** 3
+    return value
+
+
+@ti.func
+def b3_slope(q):
+    """Derivative of `b3` with respect to q."""
+    value = q * 0.0
+    if q <= 1.0:
+        value = -3.0 * q + 2.25 * q * q
+    elif q < 2.0:
+        value = -0.75 * (2.0 - q) ** 2
+    return value

@@ -1,0 +1,101 @@
+"""The only place that starts Taichi and allocates its fields.
+
+Every module that holds kernels writes `from ..runtime import ti`; nothing that a user imports to
+describe a scene comes here, so Taichi is loaded only when something is to be computed.
+
+One run lives at a time: `start` throws away the fields of the run before. Capacities are rounded up
+so that runs of about the same size share compiled kernels in Taichi's offline cache.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+
+import numpy as np
+
+os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+
+import taichi as ti  # noqa: E402
+
+from .errors import SceneError  # noqa: E402
+
+ARCHS = ("cpu", "cuda", "vulkan", "metal")
+
+
+@dataclass
+class Runtime:
+    """What was started: `arch` name, `real` type of the state, and every field allocated since."""
+
+    arch: str
+    real: object
+    threads: int
+    bytes: int = 0
+    fields: dict[str, int] = field(default_factory=dict)  # name -> bytes
+
+
+_current: Runtime | None = None
+
+
+def start(arch: str = "cpu", precision: str = "f64", threads: int | None = None) -> Runtime:
+    """Start Taichi afresh. The silent fall-back to the CPU of a missing device is turned into an error."""
+    global _current
+    if arch not in ARCHS:
+        raise SceneError(f"arch: {arch!r} is not known; choose one of {', '.join(ARCHS)}")
+    real = ti.f32 if precision == "f32" else ti.f64
+    options = {"cpu_max_num_threads": threads} if threads else {}
+    ti.init(
+        arch=getattr(ti, arch),
+        default_fp=real,
+        default_ip=ti.i32,
+        fast_math=False,
+        log_level=ti.ERROR,
+        offline_cache=True,
+        **options,
+    )
+    got = ti.cfg.arch
+    if arch != "cpu" and got != getattr(ti, arch):
+        raise SceneError(f"arch: {arch!r} was asked for, but this machine offers only {got}; use --arch cpu")
+    _current = Runtime(arch, real, threads or os.cpu_count() or 1)
+    return _current
+
+
+def current() -> Runtime:
+    """The running Taichi."""
+    if _current is None:
+        raise RuntimeError("runtime.start has not been called")
+    return _current
+
+
+def capacity(n: int) -> int:
+    """n rounded up to the next of 1, 1.25, 1.5, 1.75 times a power of two."""
+    n = max(int(n), 8)
+    power = 1 << (n.bit_length() - 1)
+    return next(c for c in (power, power * 5 // 4, power * 3 // 2, power * 7 // 4, power * 2) if c >= n)
+
+
+_TYPES = {"i32": ti.i32, "i8": ti.i8, "f64": ti.f64, "f32": ti.f32}
+
+
+def new(name: str, n: int, vector: int = 0, dtype: str = "real"):
+    """Dense field of `capacity(n)` scalars, or vectors of `vector` components side by side (AoS)."""
+    run = current()
+    kind = run.real if dtype == "real" else _TYPES[dtype]
+    size = {ti.f64: 8, ti.f32: 4, ti.i32: 4, ti.i8: 1}[kind] * max(vector, 1) * capacity(n)
+    run.fields[name] = size
+    run.bytes += size
+    if vector:
+        return ti.Vector.field(vector, kind, shape=capacity(n))
+    return ti.field(kind, shape=capacity(n))
+
+
+def put(target, values: np.ndarray) -> None:
+    """Copy an array into the first rows of a field (fields are longer than what they hold)."""
+    full = np.zeros((target.shape[0],) + tuple(values.shape[1:]), values.dtype)
+    full[: len(values)] = values
+    target.from_numpy(full)
+
+
+def get(source, n: int) -> np.ndarray:
+    """The first n rows of a field as an array."""
+    return source.to_numpy()[:n]

@@ -1,0 +1,1 @@
+"""The algorithm: step, stable time step, rupture, energy ledger, watchdog, and the simulation that owns them."""

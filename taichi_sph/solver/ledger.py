@@ -1,0 +1,73 @@
+"""The energy ledger: where every joule is, at the time of the last force evaluation [J].
+
+    stored     elastic (cells, and residuals of the stabilisation)
+    taken      damage, released (rupture), viscous, filter
+    given      external (forces and reactions), injected (initial velocities)
+
+B(%) is the thesis's (T 2.110), 100 (E_kin + E_int - E_ext - E_inj) / |E_ext + E_inj|, with E_int the work of
+the internal forces, that is stored + damage + released: what the method itself creates or loses. The closed
+residual also counts what viscosity and filters took; it should vanish.
+"""
+
+from .. import runtime
+from ..numerics.reduce import BLOCK, Reducer
+from ..runtime import ti
+
+import numpy as np
+
+
+class Ledger:
+    """Reads the pools; keeps what has to be remembered: the injected energy."""
+
+    def __init__(self, sim):
+        self.sim = sim
+        self.reducer = Reducer(max(sim.nodes.n, sim.cells.n))
+        self.injected = 0.0  # J, kinetic energy at t = 0
+
+    def stored(self) -> float:
+        """Elastic energy [J]: live cells and residuals."""
+        sim = self.sim
+        used = max(1, -(-sim.cells.n // BLOCK))
+        _elastic(self.reducer.partial, sim.cells, sim.cells.n, used)
+        return float(np.sum(runtime.get(self.reducer.partial, used))) + sim.internal.stored(self.reducer)
+
+    def kinetic(self) -> float:
+        """1/2 m v_n-1/2 . v_n+1/2 [J]."""
+        return self.reducer.total(self.sim.nodes.kinetic, self.sim.nodes.n)
+
+    def entries(self) -> dict[str, float]:
+        """All entries, B_percent and closed_residual_percent."""
+        sim, total = self.sim, self.reducer.total
+        kinetic = self.kinetic()
+        elastic = self.stored()
+        damage = (total(sim.cells.lost, sim.cells.n) if sim.material.damages else 0.0) + sim.internal.lost(self.reducer)
+        released = sim.rupture.released
+        taken = {"viscous": 0.0, "filter": 0.0}
+        for term in sim.terms:
+            taken[term.entry] += term.taken(self.reducer)
+        external = total(sim.loads.work, sim.nodes.n) if sim.loads.acts else 0.0
+        given = external + self.injected
+        scale = abs(given) or max(kinetic + elastic, 1e-300)
+        total_energy = kinetic + elastic + damage + released - given
+        closed = total_energy + sum(taken.values())
+        return {
+            "kinetic": kinetic,
+            "elastic": elastic,
+            "damage": damage,
+            "released": released,
+            **taken,
+            "external": external,
+            "injected": self.injected,
+            "B_percent": 100.0 * total_energy / scale,
+            "closed_residual_percent": 100.0 * closed / scale,
+        }
+
+
+@ti.kernel
+def _elastic(partial: ti.template(), cells: ti.template(), n: ti.i32, blocks: ti.i32):
+    for b in range(blocks):
+        s = ti.cast(0.0, ti.f64)
+        for c in range(b * BLOCK, ti.min(n, (b + 1) * BLOCK)):
+            if cells.broken[c] == 0:
+                s += ti.cast((1.0 - cells.delayed[c]) * cells.psi[c] * cells.volume[c], ti.f64)
+        partial[b] = s

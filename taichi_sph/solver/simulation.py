@@ -1,0 +1,184 @@
+"""A running scene: the pools, the terms that the scene needs, and time."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+
+import numpy as np
+
+from .. import runtime
+from ..errors import SceneError
+from ..forces.galerkin import Galerkin
+from ..forces.loads import Loads
+from ..model.build import build, initial_velocity, node_forces, node_motions
+from ..model.cuts import cells_cut
+from ..output.frame import BodyFrame, Frame
+from ..scene.schema import Scene
+from .ledger import Ledger
+from .rupture import Rupture
+from .stable_dt import largest_frequency
+from .step import step
+from .watchdog import Watchdog
+
+
+class Simulation:
+    """Starts Taichi, builds the scene, and advances it.
+
+    time [s], step, dt [s] and `dt_rule` (what sets it), nodes and stress_points counts, bytes of fields,
+    compile_seconds until the first step could run.
+    """
+
+    def __init__(self, scene: Scene, arch: str = "cpu", threads: int | None = None):
+        began = clock.perf_counter()
+        runtime.start(arch, scene.numerics.precision, threads)
+        self.scene = scene
+        self.shell = scene.shells[0]
+        model = build(scene)
+        self.mesh, self.nodes, self.cells, self.material = model.mesh, model.nodes, model.cells, model.material
+        self.spacing = self.mesh.spacing
+        self.time, self.step, self.dt, self._dt_before = 0.0, 0, 0.0, 0.0
+        self.terms = []
+        self.internal = self._formulation()
+        self.loads = Loads(
+            self.nodes,
+            list(node_forces(scene, self.mesh, self.nodes.dim)),
+            list(node_motions(scene, self.mesh, self.nodes.dim)),
+        )
+        self.ledger = Ledger(self)
+        self.rupture = Rupture(self)
+        self.watchdog = Watchdog(self)
+        self.cut_cells = np.unique(
+            np.concatenate([cells_cut(self.mesh, c.start, c.end) for c in self.shell.cuts] or [np.zeros(0, np.int32)])
+        )
+        self.rupture.cut(self.cut_cells)
+        runtime.put(self.nodes.v, initial_velocity(scene, self.mesh, self.nodes.dim))
+        self.frequency, _ = largest_frequency(self)
+        self.set_dt(scene.numerics.time_step_safety * 2.0 / self.frequency)
+        self.dt_rule = f"{scene.numerics.time_step_safety:g} of the operator's limit 2/omega_max"
+        self._dt_before = 0.0  # v_0 is given at t = 0: the first kick is half a step
+        self.internal.strain(0.0)  # so that the first step finds its kernels ready
+        runtime.ti.sync()
+        self.compile_seconds = clock.perf_counter() - began
+
+    def _formulation(self):
+        settings = self.scene.numerics.formulation
+        return Galerkin(self.mesh, self.nodes, self.cells, self.material, settings)
+
+    def set_dt(self, dt: float) -> None:
+        """Step at most dt, so that a whole number of steps ends the run."""
+        steps = max(1, math.ceil((self.scene.duration - self.time) / dt * (1 - 1e-12)))
+        self.dt = (self.scene.duration - self.time) / steps if self.time < self.scene.duration else dt
+
+    @property
+    def n_nodes(self) -> int:
+        return self.nodes.n
+
+    @property
+    def stress_points(self) -> int:
+        return self.cells.n
+
+    @property
+    def bytes(self) -> int:
+        return runtime.current().bytes
+
+    @property
+    def steps_left(self) -> int:
+        return max(0, round((self.scene.duration - self.time) / self.dt))
+
+    def advance(self, steps: int) -> None:
+        """That many steps; RunStopped when the watchdog sees nonsense at the end of them."""
+        for _ in range(steps):
+            step(self, self._dt_before, self.dt)
+            if self.step == 0:
+                # the kinetic energy that the scheme conserves, 1/2 m v_-1/2 . v_+1/2: for a step load it starts
+                # below 1/2 m v_0^2 by 1/8 m (dt a_0)^2 and stays there
+                self.ledger.injected = self.ledger.kinetic()
+            self._dt_before = self.dt
+            self.time += self.dt
+            self.step += 1
+        self.watchdog.look(self.energies())
+
+    def advance_to(self, time: float) -> None:
+        """Whole steps until `time` is reached or passed."""
+        steps = math.ceil((time - self.time) / self.dt * (1 - 1e-12))
+        if steps > 0:
+            self.advance(steps)
+
+    def energies(self) -> dict[str, float]:
+        """The ledger [J] at the time of the last force evaluation, `time` [s] among them."""
+        return {"time": self.time - self._dt_before, **self.ledger.entries()}
+
+    def status(self) -> dict[str, int]:
+        """Small numbers for the progress line."""
+        return {"broken": self.rupture.broken - len(self.cut_cells), "fragments": self.rupture.fragments}
+
+    def frame(self) -> Frame:
+        """The shell now: see BodyFrame for names and units."""
+        n, m = self.nodes.n, self.cells.n
+        dim = self.nodes.dim
+
+        def three(values):
+            return np.pad(values.astype(np.float64), ((0, 0), (0, 3 - dim)))
+
+        cell_data = {
+            "damage": runtime.get(self.cells.delayed, m).astype(np.float64),
+            "broken": runtime.get(self.cells.broken, m).astype(np.uint8),
+            "rupture_time": runtime.get(self.cells.rupture_time, m),
+            "energy_density": (1 - runtime.get(self.cells.delayed, m)) * runtime.get(self.cells.psi, m),
+        }
+        point_data = {
+            "reference": self.mesh.points,
+            "velocity": three(runtime.get(self.nodes.v, n)),
+            "fragment": runtime.get(self.nodes.fragment, n).astype(np.uint8),
+        }
+        points = self.mesh.points + three(runtime.get(self.nodes.u, n))
+        body = BodyFrame(self.shell.name, points, self.mesh.cells, point_data, cell_data)
+        return Frame(self.time, self.step, (body,))
+
+    def _history(self) -> dict[str, object]:
+        """Every field that is history, by name, with its length."""
+        nodes, cells = self.nodes, self.cells
+        fields = {
+            "nodes.u": (nodes.u, nodes.n),
+            "nodes.v": (nodes.v, nodes.n),
+            "nodes.fragment": (nodes.fragment, nodes.n),
+            "nodes.kinetic": (nodes.kinetic, nodes.n),
+            "cells.broken": (cells.broken, cells.n),
+            "cells.rupture_time": (cells.rupture_time, cells.n),
+            "cells.damage": (cells.damage, cells.n),
+            "cells.delayed": (cells.delayed, cells.n),
+            "cells.psi": (cells.psi, cells.n),
+            "cells.lost": (cells.lost, cells.n),
+        }
+        if self.loads.acts:
+            fields |= {"loads.work": (self.loads.work, nodes.n), "loads.ahead": (self.loads.ahead, nodes.n)}
+        return fields
+
+    def state(self) -> dict[str, np.ndarray]:
+        """All that is history, for a checkpoint."""
+        return {
+            "time": np.array([self.time, self.dt, self._dt_before, self.ledger.injected, self.frequency]),
+            "step": np.array(self.step),
+            **{name: runtime.get(field, n) for name, (field, n) in self._history().items()},
+            **self.rupture.state(),
+            **self.internal.state(),
+        }
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        """Continue exactly from `state()`."""
+        mine = self.state()
+        for name, value in mine.items():
+            if name not in state:
+                raise SceneError(f"checkpoint: '{name}' is missing; it was written by another version or scene")
+            if np.shape(state[name]) != value.shape:
+                raise SceneError(
+                    f"checkpoint: '{name}' has shape {np.shape(state[name])}, this scene needs {value.shape};"
+                    " it belongs to another scene or quality"
+                )
+        for name, (field, _) in self._history().items():
+            runtime.put(field, np.asarray(state[name]))
+        self.time, self.dt, self._dt_before, self.ledger.injected, self.frequency = (float(x) for x in state["time"])
+        self.step = int(state["step"])
+        self.rupture.restore(state)
+        self.internal.restore(state)

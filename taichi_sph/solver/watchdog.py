@@ -1,0 +1,52 @@
+"""No silent nonsense: stop with one sentence that names body, node, place, time, field and likely cause."""
+
+import numpy as np
+
+from .. import runtime
+from ..errors import RunStopped
+from ..runtime import ti
+
+
+class Watchdog:
+    """Looks at the velocities and at the energy balance on sampled steps."""
+
+    def __init__(self, sim):
+        self.sim = sim
+        self.blocks = max(1, -(-sim.nodes.n // 4096))
+        self.worst = runtime.new("watchdog.speed", self.blocks, dtype="f64")
+        material = sim.shell.material
+        self.sound = float(np.sqrt(material.young / material.density / (1 - material.poisson**2)))
+
+    def look(self, entries: dict[str, float]) -> None:
+        """Raise RunStopped when something cannot be true any more."""
+        sim = self.sim
+        _fastest(self.worst, sim.nodes, sim.nodes.n, self.blocks)
+        speed = runtime.get(self.worst, self.blocks)
+        if not np.all(np.isfinite(speed)) or speed.max() > self.sound:
+            v = np.linalg.norm(runtime.get(sim.nodes.v, sim.nodes.n).astype(float), axis=1)
+            i = int(np.argmax(np.where(np.isfinite(v), v, np.inf)))
+            place = ", ".join(f"{1e3 * x:.4g}" for x in runtime.get(sim.nodes.X, sim.nodes.n)[i])
+            raise RunStopped(
+                f"shell '{sim.shell.name}': node {i} at ({place}) mm moves at {v[i]:.3g} m/s at t = {sim.time:.6g} s,"
+                f" beyond the sound speed {self.sound:.4g} m/s; the time step is likely too long or the load too"
+                " violent for this spacing: lower numerics.time_step_safety or the load"
+            )
+        if not np.isfinite(entries["closed_residual_percent"]) or entries["closed_residual_percent"] > 50.0:
+            raise RunStopped(
+                f"shell '{sim.shell.name}': energy appears from nowhere ({entries['closed_residual_percent']:.3g} % of"
+                f" what was given) at t = {sim.time:.6g} s; likely an unstable step: lower numerics.time_step_safety"
+            )
+
+
+@ti.kernel
+def _fastest(worst: ti.template(), nodes: ti.template(), n: ti.i32, blocks: ti.i32):
+    for b in range(blocks):
+        w = ti.cast(0.0, ti.f64)
+        for i in range(b * 4096, ti.min(n, (b + 1) * 4096)):
+            v = ti.cast(nodes.v[i].norm(), ti.f64)
+            if not (v <= w):  # also true for nan
+                w = v
+                if not (v < ti.math.inf):
+                    w = ti.math.inf
+                    break
+        worst[b] = w
