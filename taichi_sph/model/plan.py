@@ -13,6 +13,7 @@ import numpy as np
 from ..errors import SceneError
 from ..scene.schema import Plate, Scene, Shell
 from ..scene.units import show
+from .cuts import cells_cut
 from .mesh import SurfaceMesh, plate
 from .meshfile import read_mesh
 from .regions import inside
@@ -146,9 +147,8 @@ def _check_cuts(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
                         f"{key}.{end}: {'xyz'[axis]} = {show(point[axis], 'm')} is outside shell '{shell.name}' "
                         f"({show(low[axis], 'm')} to {show(high[axis], 'm')})"
                     )
-            length = math.dist(cut.start, cut.end)
-            if length < 0.5 * meshes[shell.name].spacing:
+            if not len(cells_cut(meshes[shell.name], cut.start, cut.end)):
                 raise SceneError(
-                    f"{key} is {show(length, 'm')} long, less than half the node spacing "
-                    f"{show(meshes[shell.name].spacing, 'm')}: it would cut nothing"
+                    f"{key}, {show(math.dist(cut.start, cut.end), 'm')} long, crosses no cell of shell '{shell.name}' "
+                    f"(node spacing {show(meshes[shell.name].spacing, 'm')})"
                 )

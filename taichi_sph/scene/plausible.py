@@ -70,10 +70,9 @@ def scene(s: "Scene") -> None:
     """Names, loads, and the size of the computation."""
     if not s.shells:
         raise ValueError("shells is empty: a scene needs at least one body")
+    if len(s.shells) > 1:
+        raise ValueError(f"shells has {len(s.shells)} entries; one body per scene can be computed so far")
     names = [shell.name for shell in s.shells]
-    for name in names:
-        if names.count(name) > 1:
-            raise ValueError(f"shells: the name '{name}' is given {names.count(name)} times; names must differ")
     for key in ("forces", "motions", "initial"):
         for number, load in enumerate(getattr(s, key)):
             if load.shell not in names:

@@ -1,0 +1,401 @@
+"""One run from scene to answer: plan, compute, write, tell. And its continuation after an interrupt.
+
+Events (samples, frames, checkpoints) are due at even times; at the first whole step at or past its time each
+is done once. What was done by a time follows from that time alone, so a resumed run goes on exactly
+where the checkpoint stands: later frames and rows of histories are dropped first, then made again.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import signal
+import threading
+import time as clock
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+from . import speed
+from .errors import RunInterrupted, RunStopped, SceneError
+from .model.plan import Plan, plan
+from .progress import Progress, bytes_text, duration_text, progress_line
+from .scene.schema import Scene
+from .scene.script import dump, load_scene
+from .scene.units import show
+
+BEAT = 0.5  # s of wall clock between looks at the clock, the keyboard and the screen
+SCENE_FILE, SUMMARY_FILE, LOG_FILE = "scene.json", "summary.json", "log.txt"
+OURS = ("frames", "histories", "checkpoints", "stopped", "pictures", "record.json", SUMMARY_FILE, LOG_FILE)
+
+
+class SimulationLike(Protocol):
+    """What the run needs of solver.simulation.Simulation (tests use a small stand-in)."""
+
+    time: float
+    step: int
+    dt: float
+    dt_rule: str
+    n_nodes: int
+    compile_seconds: float
+
+    def advance_to(self, time: float) -> None: ...
+    def frame(self) -> Any: ...
+    def energies(self) -> dict[str, float]: ...
+    def status(self) -> dict[str, Any]: ...
+    def state(self) -> dict[str, Any]: ...
+    def restore(self, state: dict[str, Any]) -> None: ...
+
+
+@dataclass
+class Every:
+    """`count` even instants over `duration`; `following` is the number of the next one."""
+
+    count: int
+    duration: float
+    following: int = 0
+
+    def at(self, number: int) -> float:
+        return self.duration * number / self.count if self.count else float("inf")
+
+    def skip(self, time: float) -> None:
+        """Everything up to `time` [s] is done."""
+        while self.count and self.following <= self.count and self.at(self.following) <= time:
+            self.following += 1
+
+    def due(self, time: float) -> bool:
+        """Whether an instant was reached; it counts as done."""
+        if not self.count or self.following > self.count or self.at(self.following) > time:
+            return False
+        self.skip(time)
+        return True
+
+    @property
+    def next_time(self) -> float:
+        return self.at(self.following) if self.following <= self.count else float("inf")
+
+
+@dataclass
+class Clocks:
+    """Seconds spent, over all sessions of a run."""
+
+    compile: float = 0.0
+    advance: float = 0.0
+    write: float = 0.0
+    earlier_steps: int = 0
+    sessions: int = 1
+    measured_steps: int = 0
+    started: float = field(default_factory=clock.monotonic)
+
+
+def default_out(scene: Scene) -> Path:
+    return Path("runs") / f"{scene.name}-{scene.quality}"
+
+
+def checked_plan(scene: Scene, arch: str) -> Plan:
+    """The plan, refused where this machine cannot hold the run."""
+    p = plan(scene, speed.recall(scene, arch))
+    available = _memory()
+    if available is not None and p.memory > available:
+        raise SceneError(
+            f"numerics.spacing {show(scene.numerics.spacing, 'm')} gives {p.nodes} nodes and needs about "
+            f"{bytes_text(p.memory)} of memory; this machine has {bytes_text(available)}"
+        )
+    return p
+
+
+def check_out(out: Path, need: int) -> None:
+    """`out` must be new, empty or an earlier run, writable, and on a disk with room."""
+    if out.exists() and not out.is_dir():
+        raise SceneError(f"--out '{out}' is a file; give a folder")
+    if out.is_dir() and any(out.iterdir()) and not (out / SCENE_FILE).is_file():
+        raise SceneError(f"--out '{out}' holds files that are not of a run; give a new or empty folder")
+    there = out
+    while not there.exists():
+        there = there.parent
+    if not there.is_dir() or not os.access(there, os.W_OK):
+        raise SceneError(f"--out '{out}' cannot be written: no permission in '{there}'")
+    free = shutil.disk_usage(there).free
+    if need > free:
+        raise SceneError(f"--out '{out}' needs about {bytes_text(need)}; the disk has {bytes_text(free)} free")
+
+
+def run(
+    scene: Scene,
+    out: Path | None = None,
+    *,
+    arch: str = "cpu",
+    threads: int | None = None,
+    pictures: bool = True,
+    progress: Progress | None = None,
+    simulation: Callable[..., SimulationLike] | None = None,
+) -> Path:
+    """Runs a scene into the folder `out` and returns it. SceneError before anything is written."""
+    out = out or default_out(scene)
+    progress = progress or Progress()
+    planned = checked_plan(scene, arch)
+    check_out(out, planned.disk)
+    tell_plan(scene, planned, progress)
+    with _signals() as asked:
+        clocks = Clocks()
+        sim = _simulation(scene, arch, threads, progress, simulation)
+        clocks.compile = sim.compile_seconds
+        _clear(out)
+        out.mkdir(parents=True, exist_ok=True)
+        (out / SCENE_FILE).write_text(dump(scene), encoding="utf-8")
+        progress.log_to(out / LOG_FILE)
+        return _Session(scene, out, sim, arch, clocks, progress, asked, None).go(pictures)
+
+
+def resume(
+    out: Path,
+    *,
+    arch: str = "cpu",
+    threads: int | None = None,
+    pictures: bool = True,
+    progress: Progress | None = None,
+    simulation: Callable[..., SimulationLike] | None = None,
+) -> Path:
+    """Goes on from the newest checkpoint of a run, as if it had never stopped."""
+    from .output import checkpoint
+
+    out = Path(out)
+    if not (out / SCENE_FILE).is_file():
+        raise SceneError(f"'{out}' is not a run: it has no {SCENE_FILE}")
+    if (out / SUMMARY_FILE).is_file():
+        raise SceneError(f"the run in '{out}' is finished: there is nothing to resume")
+    progress = progress or Progress()
+    scene = load_scene(out / SCENE_FILE)
+    saved = checkpoint.load(checkpoint.latest(out / "checkpoints"), scene_hash(scene))
+    progress.say(f"resuming '{scene.name}' at t = {show(saved.time, 's')}, step {saved.step}")
+    with _signals() as asked:
+        sim = _simulation(scene, arch, threads, progress, simulation)
+        sim.restore(saved.state)
+        clocks = Clocks(**{k: v for k, v in saved.extra.items() if k in ("compile", "advance", "write", "measured_steps")})
+        clocks.sessions = int(saved.extra.get("sessions", 1)) + 1
+        clocks.compile += sim.compile_seconds
+        progress.log_to(out / LOG_FILE, append=True)
+        return _Session(scene, out, sim, arch, clocks, progress, asked, saved.time).go(pictures)
+
+
+def scene_hash(scene: Scene) -> str:
+    """What a checkpoint must have been written for: the scene but for how it is shown and kept."""
+    import hashlib
+
+    same = scene.model_copy(update={"output": type(scene.output)(), "quantities": (), "title": "", "source": ""})
+    return hashlib.sha256(same.model_dump_json().encode()).hexdigest()
+
+
+class _Session:
+    """The loop of one run, from t = 0 or from a checkpoint on."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        out: Path,
+        sim: SimulationLike,
+        arch: str,
+        clocks: Clocks,
+        progress: Progress,
+        asked: list[str],
+        resumed_at: float | None,
+    ) -> None:
+        from .output.frames import FramesWriter
+        from .output.histories import HistoryWriter
+
+        self.scene, self.out, self.sim, self.arch, self.clocks = scene, out, sim, arch, clocks
+        self.progress, self.asked = progress, asked
+        self.energies = sim.energies()
+        self.frames = FramesWriter(out / "frames", resumed_at)
+        # energies are known at the time of the last force evaluation, a step before the state's
+        energies_at = None if resumed_at is None else self.energies["time"]
+        columns = {"time": "s"} | {k: "%" if k.endswith("_percent") else "J" for k in self.energies if k != "time"}
+        self.history = HistoryWriter(out / "histories" / "energies.csv", columns, energies_at)
+        self.counts = HistoryWriter(
+            out / "histories" / "progress.csv",
+            {"time": "s", "step": "-", "dt": "s"} | {k: "-" for k in sim.status()},
+            resumed_at,
+        )
+        o = scene.output
+        self.sample = Every(o.samples, scene.duration)
+        self.picture = Every(o.frames, scene.duration)
+        self.save = Every(o.checkpoints, scene.duration, following=1)
+        if resumed_at is not None:
+            for every in (self.sample, self.picture, self.save):
+                every.skip(self._now)
+
+    @property
+    def _now(self) -> float:
+        """The time, but for the rounding of a sum of steps."""
+        return self.sim.time + 1e-6 * self.sim.dt
+
+    def go(self, pictures: bool) -> Path:
+        try:
+            self._loop()
+        except RunStopped as stop:
+            self._keep_stopped()
+            self.progress.say(f"stopped: {stop}")
+            self.progress.say(f"the state was saved in {self.out / 'stopped'}")
+            raise
+        finally:
+            self.history.close()
+            self.counts.close()
+            self.progress.close()
+        self.progress.log_to(self.out / LOG_FILE, append=True)
+        try:
+            self._finish(pictures)
+        finally:
+            self.progress.close()
+        return self.out
+
+    def _loop(self) -> None:
+        sim, duration = self.sim, self.scene.duration
+        began, began_at = clock.monotonic(), sim.time
+        beat_steps = 1
+        self._events()
+        while self._now < duration:
+            if self.asked:
+                self._interrupt()
+            target = min(duration, self.sample.next_time, self.picture.next_time, self.save.next_time)
+            # a smaller target only returns earlier, it never changes a step
+            target = min(target, sim.time + beat_steps * sim.dt)
+            before, steps = clock.monotonic(), sim.step
+            sim.advance_to(target)
+            spent = clock.monotonic() - before
+            self.clocks.advance += spent
+            self.clocks.measured_steps += sim.step - steps
+            if spent > 0 and sim.step > steps:
+                beat_steps = max(1, min(4 * beat_steps, int((sim.step - steps) / spent * BEAT)))
+            self._events()
+            fraction = (sim.time - began_at) / max(duration - began_at, 1e-300)
+            elapsed = clock.monotonic() - began
+            eta = elapsed * (1 / max(fraction, 1e-9) - 1) if fraction < 1 else 0.0
+            self.progress.update(
+                progress_line(sim.time, duration, sim.dt, sim.dt_rule, eta, self.energies, sim.status()),
+                force=self._now >= duration,
+            )
+
+    def _events(self) -> None:
+        before = clock.monotonic()
+        sim = self.sim
+        if self.sample.due(self._now):
+            self.energies = sim.energies()
+            self.history.append(self.energies)
+            self.counts.append({"time": sim.time, "step": sim.step, "dt": sim.dt, **sim.status()})
+        if self.picture.due(self._now):
+            self.frames.append(sim.frame())
+        if self.save.due(self._now):
+            self._checkpoint("checkpoints")
+        self.clocks.write += clock.monotonic() - before
+
+    def _checkpoint(self, folder: str) -> Path:
+        from .output import checkpoint
+
+        c = self.clocks
+        return checkpoint.save(
+            self.out / folder,
+            scene_hash=scene_hash(self.scene),
+            time=self.sim.time,
+            step=self.sim.step,
+            state=self.sim.state(),
+            keep=self.scene.output.keep_checkpoints,
+            extra={
+                "compile": c.compile,
+                "advance": c.advance,
+                "write": c.write,
+                "measured_steps": c.measured_steps,
+                "sessions": c.sessions,
+            },
+        )
+
+    def _interrupt(self) -> None:
+        path = self._checkpoint("checkpoints")
+        raise RunInterrupted(
+            f"interrupted by {self.asked[0]} at t = {show(self.sim.time, 's')}; checkpoint {path} was written, "
+            f"go on with: taichi-sph resume {self.out}"
+        )
+
+    def _keep_stopped(self) -> None:
+        """Beside the checkpoints, not among them: a resume must not start from a state that failed."""
+        self._checkpoint("stopped")
+        with contextlib.suppress(ValueError):
+            self.frames.append(self.sim.frame())
+
+    def _finish(self, pictures: bool) -> None:
+        raise NotImplementedError
+
+
+def tell_plan(scene: Scene, p: Plan, progress: Progress) -> None:
+    """The lines of `validate`."""
+    parameters = ", ".join(f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}" for k, v in scene.parameters.items())
+    progress.say(f"{scene.title} ({scene.name}, {scene.quality}{', ' + parameters if parameters else ''})")
+    for body in p.bodies:
+        mass = f"mass {body.mass:.6g} kg"
+        if body.analytic_mass:
+            mass += f" ({100 * (body.mass / body.analytic_mass - 1):+.2g} % of analytic)"
+        spacing = f"{show(body.spacing_min, 'm')}"
+        if body.spacing_max > 1.0001 * body.spacing_min:
+            spacing += f" to {show(body.spacing_max, 'm')}"
+        progress.say(
+            f"  {body.name}: {body.nodes} nodes, {body.stress_points} stress points, spacing {spacing}, "
+            f"thickness {show(body.thickness, 'm')}, {mass}"
+        )
+    n = scene.numerics
+    progress.say(f"  {n.formulation.kind}, {n.precision}, duration {show(scene.duration, 's')}")
+    progress.say(
+        f"  estimated: dt {show(p.dt, 's')}, {p.steps} steps, memory {bytes_text(p.memory)}, disk {bytes_text(p.disk)}, "
+        f"{duration_text(p.seconds)}"
+    )
+
+
+def _simulation(
+    scene: Scene, arch: str, threads: int | None, progress: Progress, factory: Callable[..., SimulationLike] | None
+) -> SimulationLike:
+    progress.say(f"compiling for {arch} (kept for the next run) ...")
+    began = clock.monotonic()
+    if factory is None:
+        from .solver.simulation import Simulation as factory
+    sim = factory(scene, arch=arch, threads=threads)
+    progress.say(f"compiled and built in {clock.monotonic() - began:.1f} s; dt {show(sim.dt, 's')}, ruled by {sim.dt_rule}")
+    return sim
+
+
+@contextlib.contextmanager
+def _signals() -> Iterator[list[str]]:
+    """Ctrl-C and SIGTERM become entries of a list; a second Ctrl-C ends at once."""
+    asked: list[str] = []
+    if threading.current_thread() is not threading.main_thread():
+        yield asked
+        return
+
+    def note(number: int, _: Any) -> None:
+        if asked and number == signal.SIGINT:
+            raise KeyboardInterrupt
+        asked.append(signal.Signals(number).name)
+
+    before = {s: signal.signal(s, note) for s in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield asked
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _clear(out: Path) -> None:
+    """Removes what an earlier run left, and nothing else."""
+    for name in OURS if (out / SCENE_FILE).is_file() else ():
+        path = out / name
+        if path.is_dir():
+            shutil.rmtree(path)
+        else:
+            path.unlink(missing_ok=True)
+
+
+def _memory() -> int | None:
+    """Bytes of main memory, None where the system does not say."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError):
+        return None
