@@ -1,0 +1,107 @@
+"""The run folder: where everything of a run lies, and a reader of it.
+
+    DIR/scene.json record.json summary.json log.txt
+        frames/<body>.vtkhdf  histories/<name>.csv  checkpoints/step_*.checkpoint  pictures/
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from ..errors import SceneError, nearest
+from ..scene import Scene, load_scene
+from .frames import SUFFIX, FramesFile
+from .histories import History, read_history
+
+
+def write_json(path: Path, content: Any) -> Path:
+    """JSON put in place when complete, so that a reader never meets half a file."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(path.name + ".tmp")
+    temporary.write_text(json.dumps(content, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    os.replace(temporary, path)
+    return path
+
+
+def read_json(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise SceneError(f"there is no '{path}'") from None
+    except (json.JSONDecodeError, UnicodeDecodeError):
+        raise SceneError(f"'{path}' is not valid JSON") from None
+
+
+class RunFolder:
+    """Reads what a run wrote; nothing is opened before it is asked for."""
+
+    def __init__(self, path: Path | str) -> None:
+        self.path = Path(path)
+        self._frames: dict[str, FramesFile] = {}
+        if not self.path.is_dir():
+            raise SceneError(f"there is no run folder '{self.path}'")
+
+    def __enter__(self) -> RunFolder:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        for file in self._frames.values():
+            file.close()
+        self._frames.clear()
+
+    @cached_property
+    def scene(self) -> Scene:
+        path = self.path / "scene.json"
+        if not path.is_file():
+            raise SceneError(f"'{self.path}' is not a run folder: it holds no scene.json")
+        return load_scene(path)
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        return read_json(self.path / "summary.json")
+
+    @property
+    def record(self) -> dict[str, Any]:
+        return read_json(self.path / "record.json")
+
+    @property
+    def checkpoints(self) -> Path:
+        return self.path / "checkpoints"
+
+    @property
+    def pictures(self) -> Path:
+        return self.path / "pictures"
+
+    def bodies(self) -> list[str]:
+        """Names of the bodies that have frames, in the scene's order, then by name."""
+        order = [shell.name for shell in self.scene.shells]
+        found = {p.stem for p in (self.path / "frames").glob("*" + SUFFIX)}
+        return [n for n in order if n in found] + sorted(found - set(order))
+
+    def frames(self, body: str | None = None) -> FramesFile:
+        """The frames of `body` (the first one when none is named); kept open until `close`."""
+        names = self.bodies()
+        name = body if body is not None else next(iter(names), None)
+        if name is None:
+            raise SceneError(f"'{self.path}' holds no frames")
+        if name not in names:
+            raise SceneError(f"'{self.path}' holds no frames of a body '{name}'{nearest(name, names)}")
+        if name not in self._frames:
+            self._frames[name] = FramesFile(self.path / "frames" / (name + SUFFIX))
+        return self._frames[name]
+
+    def histories(self) -> list[str]:
+        return sorted(p.stem for p in (self.path / "histories").glob("*.csv"))
+
+    def history(self, name: str) -> History:
+        names = self.histories()
+        if name not in names:
+            raise SceneError(f"'{self.path}' holds no history '{name}'{nearest(name, names)}")
+        return read_history(self.path / "histories" / f"{name}.csv")

@@ -1,0 +1,65 @@
+"""Measures: numbers read from the files of a run, by the name that a scene's `Quantity` carries.
+
+A measure is a function of the run folder and the scene, with the options of the quantity as keywords.
+It returns None where the run does not show what is measured. To add one, write it and list it here.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+
+from ...errors import SceneError, nearest
+from ...scene import Scene
+from ..folder import RunFolder
+from . import cracks, waves
+
+Measure = Callable[..., float | None]
+
+MEASURES: dict[str, tuple[Measure, str]] = {  # name -> function, unit
+    "branch_count": (cracks.branch_count, ""),
+    "edge_arrival": (cracks.edge_arrival, "s"),
+    "tip_speed_plateau": (cracks.tip_speed_plateau, "m/s"),
+    "tip_speed_max": (cracks.tip_speed_max, "m/s"),
+    "asymmetry": (cracks.asymmetry, ""),
+    "bifurcation_time": (cracks.bifurcation_time, "s"),
+    "bifurcation_length": (cracks.bifurcation_length, "m"),
+    "crack_start": (cracks.crack_start, "s"),
+    "crack_length": (cracks.crack_length, "m"),
+    "crack_angle": (cracks.crack_angle, "deg"),
+    "crack_count": (cracks.crack_count, ""),
+    "crack_width": (cracks.crack_width, "m"),
+    "pulse_return": (waves.pulse_return, ""),
+    "history_value": (waves.history_value, ""),
+    "history_peak": (waves.history_peak, ""),
+}
+
+
+def _accepted(name: str, options: Mapping[str, object]) -> tuple[Measure, str]:
+    if name not in MEASURES:
+        raise SceneError(f"there is no measure '{name}'{nearest(name, MEASURES)}")
+    function, unit = MEASURES[name]
+    keywords = {
+        n: p for n, p in inspect.signature(function).parameters.items() if p.kind is inspect.Parameter.KEYWORD_ONLY
+    }
+    for option in options:
+        if option not in keywords:
+            raise SceneError(f"measure '{name}' has no option '{option}'{nearest(option, keywords)}")
+    for option, parameter in keywords.items():
+        if parameter.default is inspect.Parameter.empty and option not in options:
+            raise SceneError(f"measure '{name}' needs the option '{option}'")
+    return function, unit
+
+
+def check_quantities(scene: Scene) -> None:
+    """Refuses quantities that no measure gives, or with a unit or options that it does not have."""
+    for quantity in scene.quantities:
+        _, unit = _accepted(quantity.name, quantity.options)
+        if unit and quantity.unit != unit:
+            raise SceneError(f"quantity '{quantity.name}' is measured in '{unit}', not in '{quantity.unit}'")
+
+
+def measure(name: str, run: RunFolder, options: Mapping[str, object] | None = None) -> float | None:
+    """The number `name` of a run, in the unit that MEASURES states."""
+    function, _ = _accepted(name, options or {})
+    return function(run, run.scene, **(options or {}))

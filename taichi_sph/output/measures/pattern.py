@@ -1,0 +1,167 @@
+"""Where a body broke and when: the broken cells of the last frame, seen from the tip of a cut.
+
+A crack is a set of broken cells that follow each other closely; single broken cells elsewhere do
+not belong to it. Every length that decides so is a number of node spacings.
+"""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from ...scene import Cut
+from ..frame import BodyFrame
+
+LINK = 2.1  # spacings between the centres of two broken cells that belong together (one sound cell between)
+SEED = 3.0  # spacings from a cut within which a crack counts as starting from it
+STRIP = 2.5  # half-width of the strip in which branches are counted, in spacings
+SMALL = 5  # a component of fewer broken cells is no crack
+
+
+def cell_centres(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """(M, 3) mean of the corners of each cell."""
+    corner = (cells >= 0)[:, :, None]
+    return np.where(corner, points[cells], 0.0).sum(axis=1) / corner.sum(axis=1)
+
+
+def node_spacing(points: np.ndarray, cells: np.ndarray) -> float:
+    """Median length of the first edge of the cells."""
+    return float(np.median(np.linalg.norm(points[cells[:, 1]] - points[cells[:, 0]], axis=1)))
+
+
+def _labels(centres: np.ndarray, reach: float) -> np.ndarray:
+    """Number of the connected component of each centre."""
+    if len(centres) == 0:
+        return np.empty(0, dtype=int)
+    pairs = cKDTree(centres).query_pairs(reach, output_type="ndarray")
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(centres),) * 2)
+    return connected_components(graph, directed=False)[1]
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """Broken cells of one body in the frame of a cut: `along` grows ahead of its tip, `across` to the left.
+
+    along, across: (K,) [m] from the tip, in the reference configuration. time: (K,) rupture time [s].
+    linked: (K,) time [s] from which the cell is linked to the cut by broken cells; inf when never.
+    component: (K,) number of the set of linked cells. size: {component: cells}.
+    far: `along` of the body's far edge; near, low, high: the other sides in the same frame.
+    """
+
+    along: np.ndarray
+    across: np.ndarray
+    time: np.ndarray
+    linked: np.ndarray
+    component: np.ndarray
+    size: np.ndarray
+    spacing: float
+    tip: np.ndarray
+    direction: np.ndarray
+    near: float
+    far: float
+    low: float
+    high: float
+
+    @property
+    def crack(self) -> np.ndarray:
+        """(K,) bool: cells of the crack that starts from the cut."""
+        return np.isfinite(self.linked)
+
+    def place(self, along: float, across: float) -> np.ndarray:
+        """(2,) x, y [m] of a point given in the frame of the cut."""
+        return self.tip + along * self.direction + across * np.array([-self.direction[1], self.direction[0]])
+
+    def crossings(self, station: float, cells: np.ndarray) -> list[np.ndarray]:
+        """Groups of `cells` (bool mask) that cross the strip around `along` = station from side to side.
+
+        Each is an array of indices; they come in the order of `across`.
+        """
+        half = STRIP * self.spacing
+        index = np.flatnonzero(cells & (np.abs(self.along - station) <= half))
+        label = _labels(np.column_stack([self.along[index], self.across[index]]), LINK * self.spacing)
+        groups = []
+        for number in range(label.max(initial=-1) + 1):
+            group = index[label == number]
+            if np.ptp(self.along[group]) >= 2 * half - 2.01 * self.spacing:
+                groups.append(group)
+        return sorted(groups, key=lambda g: self.across[g].mean())
+
+    def stations(self, first: float, last: float) -> np.ndarray:
+        """Places one spacing apart whose strips lie between two values of `along`."""
+        half = STRIP * self.spacing
+        return np.arange(first + half, last - half + 1e-9, self.spacing)
+
+
+def _linked_times(centres: np.ndarray, time: np.ndarray, seeds: np.ndarray, reach: float) -> np.ndarray:
+    """Earliest time at which a chain of broken cells joins each cell to a seed; inf where none does."""
+    linked = np.full(len(centres), np.inf)
+    neighbours = cKDTree(centres).query_ball_point(centres, reach) if len(centres) else []
+    heap = [(time[i], i) for i in np.flatnonzero(seeds)]
+    heapq.heapify(heap)
+    while heap:
+        arrival, cell = heapq.heappop(heap)
+        if arrival >= linked[cell]:
+            continue
+        linked[cell] = arrival
+        for other in neighbours[cell]:
+            if linked[other] == np.inf:
+                heapq.heappush(heap, (max(arrival, time[other]), other))
+    return linked
+
+
+def _distance_to_segment(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    axis = end - start
+    share = np.clip((points - start) @ axis / (axis @ axis), 0, 1)
+    return np.linalg.norm(points - start - share[:, None] * axis, axis=1)
+
+
+def pattern(body: BodyFrame, cuts: tuple[Cut, ...], cut: int = 0) -> Pattern:
+    """The broken cells of `body` seen from the tip of `cuts[cut]`.
+
+    The tip is the end of the cut that lies deeper inside the body. Without cuts the frame stands at
+    the middle of the lower long side and looks across the body, and every crack counts as its own start.
+    """
+    points = body.reference[:, :2]
+    spacing = node_spacing(points, body.cells)
+    lo, hi = points.min(axis=0), points.max(axis=0)
+    if cuts:
+        ends = np.array([cuts[cut].start[:2], cuts[cut].end[:2]])
+        depth = np.minimum(ends - lo, hi - ends).min(axis=1)
+        tip, tail = (ends[1], ends[0]) if depth[1] >= depth[0] else (ends[0], ends[1])
+        direction = (tip - tail) / np.linalg.norm(tip - tail)
+    else:
+        short = int(np.argmin(hi - lo))
+        direction = np.eye(2)[short]
+        tip = (lo + hi) / 2 - direction * (hi - lo)[short] / 2
+    normal = np.array([-direction[1], direction[0]])
+
+    broken = np.asarray(body.cell_data["broken"]).astype(bool)
+    centres = cell_centres(body.reference, body.cells)[broken, :2]
+    time = np.nan_to_num(np.asarray(body.cell_data["rupture_time"], dtype=float)[broken], nan=0.0)
+    if cuts:
+        segment = np.array(cuts[cut].start[:2]), np.array(cuts[cut].end[:2])
+        seeds = _distance_to_segment(centres, *segment) <= SEED * spacing
+    else:
+        seeds = np.ones(len(centres), dtype=bool)
+    label = _labels(centres, LINK * spacing)
+    along_nodes, across_nodes = (points - tip) @ direction, (points - tip) @ normal
+    return Pattern(
+        along=(centres - tip) @ direction,
+        across=(centres - tip) @ normal,
+        time=time,
+        linked=_linked_times(centres, time, seeds, LINK * spacing),
+        component=label,
+        size=np.bincount(label),
+        spacing=spacing,
+        tip=tip,
+        direction=direction,
+        near=float(along_nodes.min()),
+        far=float(along_nodes.max()),
+        low=float(across_nodes.min()),
+        high=float(across_nodes.max()),
+    )
