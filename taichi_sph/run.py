@@ -334,7 +334,7 @@ def tell_plan(scene: Scene, p: Plan, progress: Progress) -> None:
     for body in p.bodies:
         mass = f"mass {body.mass:.6g} kg"
         if body.analytic_mass:
-            mass += f" ({100 * (body.mass / body.analytic_mass - 1):+.2g} % of analytic)"
+            mass += f" (analytic {body.analytic_mass:.6g} kg, {100 * (body.mass / body.analytic_mass - 1):+.1e} %)"
         spacing = f"{show(body.spacing_min, 'm')}"
         if body.spacing_max > 1.0001 * body.spacing_min:
             spacing += f" to {show(body.spacing_max, 'm')}"

@@ -20,8 +20,8 @@ from .regions import inside
 
 # measured on runs of these scenes, f64; f32 takes about 0.6 of it
 BYTES_PER_NODE = {"galerkin": 3500, "collocation": 4500}
-FRAME_BYTES_PER_NODE = 90  # positions in f64, everything else in f32
-CHECKPOINT_BYTES_PER_NODE = 350
+FRAME_BYTES_PER_NODE = 45  # positions in f64, everything else in f32
+CHECKPOINT_BYTES_PER_NODE = 200
 
 
 @dataclass(frozen=True)

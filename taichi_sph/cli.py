@@ -1,0 +1,241 @@
+"""The command line: `taichi-sph run | resume | validate | render | results | bench | spectrum | doctor`,
+and `main(scene)` for scripts that are run themselves.
+
+Whatever a user gives, the answer is a sentence and an exit code: 2 for a bad scene, mesh, checkpoint or
+option, 3 for a run that stopped itself, 130 for an interrupt with checkpoint.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from typer.exceptions import TyperException
+
+from . import __version__
+from .errors import SceneError, TaichiSphError, nearest
+from .scene.script import SceneFunction, load_scene, parameters_of
+
+SCENES = Path("scenes")
+
+app = typer.Typer(
+    name="taichi-sph",
+    help="Thin shells that break, by smoothed particles. Scenes are Python scripts in scenes/.",
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+)
+
+SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="A name in scenes/, a .py script or a .json file.")]
+QualityOption = Annotated[str | None, typer.Option("--quality", "-q", help="draft, standard or paper.")]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option("--set", "-s", metavar="KEY=VALUE", help="A parameter of the scene, or a key such as numerics.spacing=1mm."),
+]
+OutOption = Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Default: runs/<scene>-<quality>.")]
+ArchOption = Annotated[str, typer.Option("--arch", help="cpu, cuda, vulkan or metal.")]
+ThreadsOption = Annotated[int | None, typer.Option("--threads", min=1, help="CPU threads; default: all.")]
+PicturesOption = Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw pictures at the end.")]
+RunArgument = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.")]
+
+
+@app.callback(invoke_without_command=True)
+def _top(version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
+    if version:
+        typer.echo(f"taichi-sph {__version__}")
+        raise typer.Exit
+
+
+@app.command()
+def run(
+    scene: SceneArgument,
+    quality: QualityOption = None,
+    set_: SetOption = None,
+    out: OutOption = None,
+    arch: ArchOption = "cpu",
+    threads: ThreadsOption = None,
+    pictures: PicturesOption = True,
+) -> None:
+    """Run a scene, then say in words and pictures what happened."""
+    from . import run as running
+
+    running.run(_scene(scene, quality, set_), out, arch=arch, threads=threads, pictures=pictures)
+
+
+@app.command()
+def resume(
+    folder: RunArgument,
+    arch: ArchOption = "cpu",
+    threads: ThreadsOption = None,
+    pictures: PicturesOption = True,
+) -> None:
+    """Go on with an interrupted run from its newest checkpoint, exactly."""
+    from . import run as running
+
+    running.resume(folder, arch=arch, threads=threads, pictures=pictures)
+
+
+@app.command()
+def validate(
+    scene: SceneArgument,
+    quality: QualityOption = None,
+    set_: SetOption = None,
+    out: OutOption = None,
+    arch: ArchOption = "cpu",
+) -> None:
+    """Check a whole scene and print what a run would take; nothing is computed or written."""
+    from . import run as running
+    from .progress import Progress
+
+    found = _scene(scene, quality, set_)
+    planned = running.checked_plan(found, arch)
+    running.check_out(out or running.default_out(found), planned.disk)
+    running.tell_plan(found, planned, Progress())
+    path = _find(scene)
+    if path.suffix == ".py":
+        options = [f"{k} = {p.default}" for k, p in parameters_of(path).items()]
+        typer.echo(f"  options: {', '.join(options)}" if options else "  no options")
+    typer.echo("valid")
+
+
+@app.command()
+def render(folder: RunArgument) -> None:
+    """Draw the pictures of a finished or interrupted run again, from its files."""
+    from . import run as running
+
+    for path in running.draw(folder):
+        typer.echo(path)
+
+
+@app.command()
+def results(
+    folders: Annotated[list[Path] | None, typer.Argument(metavar="DIR", help="Runs; default: all in runs/.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE", help="Write there, e.g. RESULTS.md.")] = None,
+) -> None:
+    """A table of what runs found against what was expected, from their summaries."""
+    from . import run as running
+
+    text = running.results_table(folders or [])
+    if out is None:
+        typer.echo(text)
+    else:
+        out.write_text(text, encoding="utf-8")
+        typer.echo(out)
+
+
+@app.command()
+def bench(
+    nodes: Annotated[list[int] | None, typer.Option("--nodes", help="Sizes to measure; may be repeated.")] = None,
+    arch: ArchOption = "cpu",
+    threads: ThreadsOption = None,
+    precision: Annotated[str, typer.Option("--precision", help="f64 or f32.")] = "f64",
+) -> None:
+    """Measure node-steps per second, bytes per node-step, memory bandwidth and time to the first step."""
+    from . import bench as measuring
+
+    measuring.main(tuple(nodes or ()), arch, threads, precision)
+
+
+@app.command()
+def spectrum(
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene with one plate.")] = "crack_branching",
+    cells: Annotated[int, typer.Option("--cells", min=4, max=40, help="Cells on a side of the square plate.")] = 12,
+    count: Annotated[int, typer.Option("--count", min=1, help="How many modes are printed.")] = 12,
+) -> None:
+    """Compare the lowest in-plane frequencies of a free plate with the finite-element method's."""
+    from . import spectrum as measuring
+
+    measuring.main(_scene(scene, None, None), cells, count)
+
+
+@app.command()
+def doctor(arch: ArchOption = "cpu") -> None:
+    """Check this machine: Python, Taichi, threads, pictures, cache, disk; say how to mend what fails."""
+    from .doctor import examine
+
+    if not examine(arch):
+        raise typer.Exit(1)
+
+
+def main(scene: SceneFunction | None = None, arguments: list[str] | None = None) -> None:
+    """The program. With a scene function: `python scenes/x.py --quality standard --set a=8 --out DIR`."""
+    command = app if scene is None else _command_of(scene)
+    name = None if scene is None else Path(sys.argv[0]).name
+    sys.exit(_guarded(command, arguments, name))
+
+
+def _guarded(command: typer.Typer, arguments: list[str] | None, name: str | None = None) -> int:
+    """Runs a command; what it has to say about failure is one line on stderr."""
+    try:
+        return command(args=arguments, prog_name=name, standalone_mode=False) or 0
+    except TaichiSphError as error:
+        return _say(str(error), error.exit_code)
+    except TyperException as error:
+        return _say(error.format_message().replace("\n", " "), 2)
+    except (KeyboardInterrupt, typer.Abort):
+        return _say("interrupted; nothing more was saved", 130)
+    except OSError as error:  # the disk fills up, a folder vanishes
+        where = f" '{error.filename}'" if error.filename else ""
+        return _say(f"{error.strerror or error}{where}", 1)
+
+
+def _say(text: str, code: int) -> int:
+    print(f"taichi-sph: {text}", file=sys.stderr)
+    return code
+
+
+def _command_of(function: SceneFunction) -> typer.Typer:
+    """A program with one command: this scene."""
+    single = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+    options = ", ".join(f"{k} = {p.default}" for k, p in parameters_of(function).items())
+
+    @single.command(help=f"{(sys.modules[function.__module__].__doc__ or '').strip()}\n\nOptions for --set: {options}")
+    def run(
+        quality: QualityOption = None,
+        set_: SetOption = None,
+        out: OutOption = None,
+        arch: ArchOption = "cpu",
+        threads: ThreadsOption = None,
+        pictures: PicturesOption = True,
+    ) -> None:
+        from . import run as running
+
+        scene = load_scene(function, settings(quality, set_))
+        running.run(scene, out, arch=arch, threads=threads, pictures=pictures)
+
+    return single
+
+
+def settings(quality: str | None, pairs: list[str] | None) -> dict[str, Any]:
+    """['a=8', 'numerics.spacing=1mm'] as a dictionary of texts."""
+    found: dict[str, Any] = {}
+    for pair in pairs or ():
+        key, equals, value = pair.partition("=")
+        if not equals or not key.strip() or not value.strip():
+            raise SceneError(f"--set '{pair}' is not of the form key=value")
+        if key.strip() in found:
+            raise SceneError(f"--set {key.strip()} is given twice")
+        found[key.strip()] = value.strip()
+    if quality is not None:
+        if found.setdefault("quality", quality) != quality:
+            raise SceneError(f"--quality {quality} contradicts --set quality={found['quality']}")
+    return found
+
+
+def _find(name: str) -> Path:
+    """A path as it is, or a name in the scenes folder."""
+    path = Path(name)
+    if path.suffix or path.is_file():
+        return path
+    inside = SCENES / f"{name}.py"
+    if inside.is_file():
+        return inside
+    names = sorted(p.stem for p in SCENES.glob("*.py")) if SCENES.is_dir() else []
+    here = nearest(name, names) if names else f"; there is no folder '{SCENES}' with scenes here"
+    raise SceneError(f"there is no scene '{name}'{here}")
+
+
+def _scene(name: str, quality: str | None, pairs: list[str] | None) -> Any:
+    return load_scene(_find(name), settings(quality, pairs))
