@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .schema import Material, Plate, Scene, Shell
 
 MAX_NODES = 50_000_000
-MAX_STEPS = 100_000_000
+MAX_STEPS = 20_000_000
 
 
 def material(m: "Material") -> None:
@@ -110,7 +110,7 @@ def _size(s: "Scene") -> None:
     if steps > MAX_STEPS:
         raise ValueError(
             f"duration {show(s.duration, 's')} takes about {steps:.2g} time steps at spacing {show(spacing, 'm')}; "
-            f"at most {MAX_STEPS:.0e} are allowed (is it in microseconds? write '{s.duration:g} us')"
+            f"at most {MAX_STEPS // 1_000_000} million are allowed (is it in microseconds? write '{s.duration:g} us')"
         )
     if steps < 1.0:
         raise ValueError(

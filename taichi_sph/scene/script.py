@@ -107,6 +107,8 @@ def _function(path: Path) -> SceneFunction:
         raise SceneError(f"{path.name} line {error.lineno}: it is not valid Python ({error.msg})") from None
     except Exception as error:
         raise SceneError(f"{_line(error, path)}: {type(error).__name__}: {error}") from None
+    except SystemExit as error:
+        raise SceneError(f"{_line(error, path)}: it ended the program") from None
     function = module.__dict__.get("scene")
     if not callable(function):
         raise SceneError(f"{path.name} has no function 'scene': a scene script defines scene(...) and returns a Scene")
