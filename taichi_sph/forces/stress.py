@@ -6,7 +6,7 @@ In the plane, with X_,alpha the tangent frame of the cell and u_,alpha the displ
     S = (1 - D_r) H E                                          (T 2.63 in total Lagrangian form)
     n^a = e S^ab x_,b            force per unit reference length, a = 1, 2
 
-written with u, so that nothing cancels in f32. psi = 1/2 E : H : E is kept: it drives the energy ledger.
+written with u, so that nothing cancels in f32. E is kept: the energy ledger is made from it.
 """
 
 from ..laws import delay, elastic, mazars
@@ -14,11 +14,19 @@ from ..runtime import ti
 
 
 @ti.func
+def energy_density(cells: ti.template(), material: ti.template(), s):
+    """(1 - D_r) 1/2 E : H : E [J/m3]."""
+    E = cells.strain[s]
+    S = elastic.plane_stress(material.young[0], material.poisson[0], E[0], E[1], E[2])
+    return 0.5 * (1.0 - cells.delayed[s]) * (S[0] * E[0] + S[1] * E[1] + 2.0 * S[2] * E[2])
+
+
+@ti.func
 def resultants(cells: ti.template(), material: ti.template(), s, u1, u2, dt, intact, tally):
     """n^1, n^2 [N/m] of cell s from its displacement gradient; advances damage over dt.
 
     intact = 1 leaves damage out (for the spectrum); a cell that reaches D_c is put on the list `new`.
-    tally = 0 renews psi and the damage without charging the ledger (after a rupture has changed the links).
+    tally = 0 renews strain and damage without charging the ledger (after a rupture has changed the links).
     """
     x1 = u1
     x2 = u2
@@ -30,7 +38,6 @@ def resultants(cells: ti.template(), material: ti.template(), s, u1, u2, dt, int
     nu = material.poisson[0]
     S = elastic.plane_stress(material.young[0], nu, e11, e22, e12)
     kept = 1.0
-    psi = 0.5 * (S[0] * e11 + S[1] * e22 + 2.0 * S[2] * e12)
     if ti.static(material.damages):
         if intact == 0:
             before = cells.delayed[s]
@@ -51,9 +58,9 @@ def resultants(cells: ti.template(), material: ti.template(), s, u1, u2, dt, int
                 if dt > 0.0:
                     after = D
             if after > before and tally == 1:
-                # 1/2 dD E_n : H : E_n+1, which closes the trapezoidal work of the step; the product of the
-                # two strains is psi_n + psi_n+1 to second order
-                cells.lost[s] += 0.5 * (after - before) * (cells.psi[s] + psi) * cells.volume[s]
+                # 1/2 dD E_n : H : E_n+1 is exactly what the trapezoidal work of the step does not store
+                E = cells.strain[s]
+                cells.lost[s] += 0.5 * (after - before) * cells.volume[s] * (S[0] * E[0] + S[1] * E[1] + 2.0 * S[2] * E[2])
             cells.damage[s] = D
             cells.delayed[s] = after
             kept = 1.0 - after
@@ -61,7 +68,7 @@ def resultants(cells: ti.template(), material: ti.template(), s, u1, u2, dt, int
                 if after >= material.critical[0] and cells.broken[s] == 0 and dt > 0.0:
                     cells.new[ti.atomic_add(cells.n_new[0], 1)] = s
     if intact == 0:
-        cells.psi[s] = psi
+        cells.strain[s] = ti.Vector([e11, e22, e12])
     e = material.thickness[0] * kept
     n1 = e * (S[0] * x1 + S[2] * x2)
     n2 = e * (S[2] * x1 + S[1] * x2)

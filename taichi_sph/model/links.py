@@ -371,7 +371,7 @@ def _hidden(cells: ti.template(), s, a, b):
     if result == 0:
         for c in range(n):
             edge = cells.edge[s][c]
-            if cells.other_side_broken(edge, s):
+            if cells.nothing_across(edge, s):
                 p = ti.Vector([corners[c, 0], corners[c, 1]])
                 q = ti.Vector([corners[(c + 1) % n, 0], corners[(c + 1) % n, 1]])
                 if along(pa, pb, p, q, tolerance):

@@ -50,7 +50,7 @@ class Cells:
         self.rupture_time = runtime.new("cells.rupture_time", n, dtype="f64")  # s
         self.damage = runtime.new("cells.damage", n)  # D, as the law alone would have it
         self.delayed = runtime.new("cells.delayed", n)  # D_r <= D, what the stress feels (T 2.73)
-        self.psi = runtime.new("cells.psi", n)  # J/m3, elastic energy of the undamaged material
+        self.strain = runtime.new("cells.strain", n, 3)  # E11, E22, E12 in the frame of the cell
         self.lost = runtime.new("cells.lost", n)  # J, taken by damage so far
         self.new = runtime.new("cells.new", n, dtype="i32")  # cells that break in this step
         self.n_new = runtime.new("cells.n_new", 1, dtype="i32")
@@ -78,15 +78,15 @@ class Cells:
         runtime.put(self.start_of_node, np.r_[0, np.cumsum(np.bincount(node, minlength=nodes.n))].astype(np.int32))
 
     @ti.func
-    def other_side_broken(self, edge, s):
-        """1 when the cell across `edge` from cell s is broken too."""
-        result = 0
+    def nothing_across(self, edge, s):
+        """1 when no live cell lies across `edge` from cell s: a broken one, or the border of the shell."""
+        result = 1
         for k in ti.static(range(2)):
             side = self.sides[edge][k]
             if side >= 0:
                 other = side // 4
-                if other != s and self.broken[other] == 1:
-                    result = 1
+                if other != s and self.broken[other] == 0:
+                    result = 0
         return result
 
 

@@ -34,7 +34,7 @@ def crosses(a, b, corners: ti.template(), n_corners, tolerance):
 def along(a, b, p, q, tolerance):
     """1 when segment a-b runs along segment p-q over more than `tolerance` [m].
 
-    The side between two broken cells belongs to neither interior; a segment along it must be cut too.
+    A side of a broken cell with no live cell across it belongs to no interior; a segment along it must be cut too.
     """
     side = q - p
     length = side.norm()

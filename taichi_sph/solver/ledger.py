@@ -10,6 +10,7 @@ residual also counts what viscosity and filters took; it should vanish.
 """
 
 from .. import runtime
+from ..forces.stress import energy_density
 from ..numerics.reduce import BLOCK, Reducer
 from ..runtime import ti
 
@@ -28,7 +29,7 @@ class Ledger:
         """Elastic energy [J]: live cells and residuals."""
         sim = self.sim
         used = max(1, -(-sim.cells.n // BLOCK))
-        _elastic(self.reducer.partial, sim.cells, sim.cells.n, used)
+        _elastic(self.reducer.partial, sim.cells, sim.material, sim.cells.n, used)
         return float(np.sum(runtime.get(self.reducer.partial, used))) + sim.internal.stored(self.reducer)
 
     def kinetic(self) -> float:
@@ -64,10 +65,10 @@ class Ledger:
 
 
 @ti.kernel
-def _elastic(partial: ti.template(), cells: ti.template(), n: ti.i32, blocks: ti.i32):
+def _elastic(partial: ti.template(), cells: ti.template(), material: ti.template(), n: ti.i32, blocks: ti.i32):
     for b in range(blocks):
         s = ti.cast(0.0, ti.f64)
         for c in range(b * BLOCK, ti.min(n, (b + 1) * BLOCK)):
             if cells.broken[c] == 0:
-                s += ti.cast((1.0 - cells.delayed[c]) * cells.psi[c] * cells.volume[c], ti.f64)
+                s += ti.cast(energy_density(cells, material, c) * cells.volume[c], ti.f64)
         partial[b] = s

@@ -125,7 +125,7 @@ class Simulation:
             "damage": runtime.get(self.cells.delayed, m).astype(np.float64),
             "broken": runtime.get(self.cells.broken, m).astype(np.uint8),
             "rupture_time": runtime.get(self.cells.rupture_time, m),
-            "energy_density": (1 - runtime.get(self.cells.delayed, m)) * runtime.get(self.cells.psi, m),
+            "strain": runtime.get(self.cells.strain, m).astype(np.float64),
         }
         point_data = {
             "reference": self.mesh.points,
@@ -148,7 +148,7 @@ class Simulation:
             "cells.rupture_time": (cells.rupture_time, cells.n),
             "cells.damage": (cells.damage, cells.n),
             "cells.delayed": (cells.delayed, cells.n),
-            "cells.psi": (cells.psi, cells.n),
+            "cells.strain": (cells.strain, cells.n),
             "cells.lost": (cells.lost, cells.n),
         }
         if self.loads.acts:

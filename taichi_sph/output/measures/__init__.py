@@ -42,9 +42,12 @@ def _accepted(name: str, options: Mapping[str, object]) -> tuple[Measure, str]:
     keywords = {
         n: p for n, p in inspect.signature(function).parameters.items() if p.kind is inspect.Parameter.KEYWORD_ONLY
     }
-    for option in options:
+    for option, value in options.items():
         if option not in keywords:
             raise SceneError(f"measure '{name}' has no option '{option}'{nearest(option, keywords)}")
+        kind = "text" if "str" in str(keywords[option].annotation) else "number"
+        if (kind == "text") != isinstance(value, str):
+            raise SceneError(f"option '{option}' of measure '{name}' is a {kind}, not {value!r}")
     for option, parameter in keywords.items():
         if parameter.default is inspect.Parameter.empty and option not in options:
             raise SceneError(f"measure '{name}' needs the option '{option}'")
