@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
+from taichi_sph.output.folder import RunFolder
 from taichi_sph.output.frame import BodyFrame, Frame
+from taichi_sph.output.frames import FramesWriter
+from taichi_sph.output.histories import write_history
+from taichi_sph.output.summary import write_summary
+from taichi_sph.scene import Cut, Delay, Material, Mazars, Numerics, Plate, Quantity, Scene, Shell, dump
 
 LENGTH, WIDTH = 0.1, 0.04  # m, the plate of B1
 TIP = (0.05, 0.02)
@@ -80,3 +87,77 @@ def frame_at(body: BodyFrame, rupture: np.ndarray, time: float, step: int) -> Fr
 def frames(count: int = 11, duration: float = 6e-5, **options: object) -> list[Frame]:
     body, rupture = branched(**options)
     return [frame_at(body, rupture, t, 100 * i) for i, t in enumerate(np.linspace(0, duration, count))]
+
+
+def plate_scene(**changes: object) -> Scene:
+    """The drawn plate as a scene: B1 moved so that its corner is the origin."""
+    concrete = Material(
+        name="concrete",
+        young=32e9,
+        poisson=0.2,
+        density=2450,
+        damage=Mazars(threshold=8.5e-5, A=1, B=7300),
+        delay=Delay(a=10, tau_c=1e-6),
+        critical_damage=0.99,
+    )
+    scene = Scene(
+        name="drawn_plate",
+        title="Drawn crack in a plate",
+        source="tests",
+        quality="draft",
+        shells=[
+            Shell(
+                name="plate",
+                surface=Plate(length=LENGTH, width=WIDTH),
+                thickness=0.004,
+                material=concrete,
+                cuts=[Cut(start=(0, TIP[1], 0), end=(*TIP, 0))],
+            )
+        ],
+        duration=6e-5,
+        numerics=Numerics(spacing=5e-4),
+        quantities=[
+            Quantity(name="branch_count", value=2, tolerance=0, source="drawn"),
+            Quantity(name="edge_arrival", unit="s", value=5.5e-5, tolerance=1e-6, source="drawn"),
+            Quantity(name="tip_speed_plateau", unit="m/s"),
+            Quantity(name="asymmetry", value=0.0, tolerance=0.0),
+        ],
+    )
+    return scene.derive(**changes) if changes else scene
+
+
+def write_run(folder: Path, count: int = 7, scene: Scene | None = None, **options: object) -> RunFolder:
+    """A finished run folder with frames, energies and a summary, as run.py leaves it."""
+    scene = scene or plate_scene()
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "scene.json").write_text(dump(scene))
+    writer = FramesWriter(folder / "frames")
+    for frame in frames(count, **options):
+        writer.append(frame)
+    time = np.linspace(0, 6e-5, 50)
+    released = 0.02 * np.clip(time / 6e-5 - 0.2, 0, 1)
+    external, damage = 0.1 * (time / 6e-5) ** 2, 0.03 * (time / 6e-5) ** 3
+    columns = {
+        "time": time,
+        "kinetic": 0.4 * (external - damage - released),
+        "elastic": 0.6 * (external - damage - released),
+        "damage": damage,
+        "released": released,
+        "external": external,
+        "B_percent": np.full(50, -0.13),
+        "closed_residual_percent": np.full(50, 0.02),
+    }
+    units = {k: "s" if k == "time" else "%" if k.endswith("percent") else "J" for k in columns}
+    write_history(folder / "histories/energies.csv", units, columns)
+    run = RunFolder(folder)
+    write_summary(
+        run,
+        command="taichi-sph run drawn_plate",
+        arch="cpu",
+        threads=2,
+        nodes=16281,
+        stress_points=16000,
+        steps=600,
+        seconds={"compile": 4.0, "advance": 4.0},
+    )
+    return run

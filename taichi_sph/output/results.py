@@ -1,0 +1,108 @@
+"""RESULTS.md from recorded summaries, and which of them no longer belong to their scene.
+
+`record_summary` copies the summary of a run to renders/results/; `markdown` makes the table of what
+lies there; `stale` compares the scene that a summary was made with to the scene as it is today.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+from ..errors import SceneError
+from ..scene import Scene
+from .answer import quantity_text
+from .folder import RunFolder, read_json, write_json
+from .record import scene_hash
+
+FOLDER = Path("renders/results")
+NEEDED = ("scene", "quality", "settings", "command", "scene_hash", "seconds", "quantities")
+HEADER = """# Results
+
+Made by `taichi-sph results` from the recorded summaries in `renders/results/`; not written by hand.
+"""
+
+
+def record_name(summary: dict[str, Any]) -> str:
+    """File name that tells runs of a scene apart: scene, quality, formulation and its own parameters."""
+    parts = [summary["scene"], summary["quality"], summary["settings"].get("formulation", "")]
+    known = {"quality", "formulation", "spacing", "precision", "arch", "threads"}
+    parts += [f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in summary["settings"].items() if k not in known]
+    return "-".join(str(p).replace("/", "_").replace(" ", "") for p in parts if p)
+
+
+def record_summary(run: RunFolder, folder: Path = FOLDER) -> Path:
+    """Keeps the summary of a run for the table, under a name made of its settings."""
+    summary = run.summary
+    return write_json(folder / f"{record_name(summary)}.json", summary)
+
+
+def read_summaries(folder: Path = FOLDER) -> dict[str, dict[str, Any]]:
+    """name -> summary of all that is recorded."""
+    found = {}
+    for path in sorted(folder.glob("*.json")):
+        summary = read_json(path)
+        missing = [k for k in NEEDED if not isinstance(summary, dict) or k not in summary]
+        if missing:
+            raise SceneError(f"'{path}' is not the summary of a run: it has no '{missing[0]}'")
+        found[path.stem] = summary
+    return found
+
+
+def _percent(value: float | None) -> str:
+    return "" if value is None else f"{value:+.2g}"
+
+
+def _row(summary: dict[str, Any], name: str, entry: dict[str, Any]) -> str:
+    target = "" if entry["target"] is None else quantity_text(entry["target"], entry["unit"])
+    if target and entry["tolerance"]:
+        target += f" ± {quantity_text(entry['tolerance'], entry['unit'])}"
+    met = {True: "yes", False: "**no**", None: ""}[entry["met"]]
+    return f"| {name} | {quantity_text(entry['value'], entry['unit'])} | {target} | {met} | {entry['source']} |"
+
+
+def markdown(summaries: Iterable[dict[str, Any]]) -> str:
+    """The whole of RESULTS.md: a table of runs per scene, then the quantities of each run."""
+    by_scene: dict[str, list[dict[str, Any]]] = {}
+    for summary in summaries:
+        by_scene.setdefault(summary["scene"], []).append(summary)
+    text = [HEADER]
+    for scene, runs in sorted(by_scene.items()):
+        text.append(f"## {scene}\n")
+        for summary in runs:
+            settings = ", ".join(
+                f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}"
+                for k, v in summary["settings"].items()
+                if k != "quality"
+            )
+            rate = summary.get("node_steps_per_second")
+            cost = [f"{summary['nodes']} nodes", f"{summary['steps']} steps", f"{summary['seconds'].get('advance', 0):.1f} s"]
+            if rate:
+                cost.append(f"{rate / 1e6:.2f} M node-steps/s")
+            text += [
+                f"### {summary['title']}, {summary['quality']}\n",
+                f"{settings}. {', '.join(cost)}. B = {_percent(summary['B_percent'])} %, "
+                f"closed residual {_percent(summary['closed_residual_percent'])} %. Commit {summary['commit'] or 'unknown'}.\n",
+                f"    {summary['command']}\n",
+                "| quantity | value | expected | met | source |",
+                "| --- | --- | --- | --- | --- |",
+                *(_row(summary, name, entry) for name, entry in summary["quantities"].items()),
+                "",
+            ]
+    return "\n".join(text)
+
+
+def stale(summaries: dict[str, dict[str, Any]], scene_of: Callable[[dict[str, Any]], Scene]) -> dict[str, str]:
+    """name -> why, for summaries whose scene is another one today. `scene_of` builds today's scene from
+    the name, quality and settings of a summary."""
+    reasons = {}
+    for name, summary in summaries.items():
+        try:
+            today = scene_hash(scene_of(summary))
+        except SceneError as error:
+            reasons[name] = f"its scene cannot be built any more: {error}"
+            continue
+        if today != summary["scene_hash"]:
+            reasons[name] = f"its scene changed; make it again with: {summary['command']}"
+    return reasons

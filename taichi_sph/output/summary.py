@@ -1,0 +1,121 @@
+"""summary.json: what a run cost and what it found, against what was expected."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..scene import Quantity, Scene
+from .folder import RunFolder, write_json
+from .histories import write_history
+from .measures import measure
+from .measures.cracks import body_pattern, tip_history
+from .record import commit, machine, scene_hash
+
+TIP_UNITS = {"time": "s", "x_front": "m", "y_front": "m", "ahead": "m", "speed": "m/s"}
+
+
+def judged(quantity: Quantity, value: float | None) -> dict[str, Any]:
+    """A quantity beside its target; `met` is None where there is none."""
+    met = None
+    if quantity.value is not None and quantity.tolerance is not None:
+        # a tolerance of 0 on a count: allow the rounding of a sum
+        room = quantity.tolerance + 1e-9 * max(abs(quantity.value), abs(quantity.tolerance))
+        met = value is not None and abs(value - quantity.value) <= room
+    return {
+        "value": value,
+        "unit": quantity.unit,
+        "target": quantity.value,
+        "tolerance": quantity.tolerance,
+        "source": quantity.source,
+        "met": met,
+    }
+
+
+def measured(run: RunFolder, scene: Scene) -> dict[str, dict[str, Any]]:
+    """All quantities of the scene; one that is asked twice carries its options in its name."""
+    names = [q.name for q in scene.quantities]
+    found = {}
+    for quantity in scene.quantities:
+        name = quantity.name
+        if names.count(name) > 1:
+            name += "(" + ", ".join(f"{k}={v}" for k, v in quantity.options.items()) + ")"
+        found[name] = judged(quantity, measure(quantity.name, run, quantity.options))
+    return found
+
+
+def write_crack_tips(run: RunFolder, scene: Scene) -> list[str]:
+    """histories/crack_tip.csv (crack_tip_<body>.csv where several bodies crack); returns the names."""
+    names = []
+    cut = [shell.name for shell in scene.shells if shell.cuts and shell.material.critical_damage is not None]
+    for body in cut:
+        p = body_pattern(run, scene, body)
+        tip = tip_history(p)
+        if tip is None:
+            continue
+        name = "crack_tip" if len(cut) == 1 else f"crack_tip_{body}"
+        normal = abs(p.direction[::-1])
+        columns = {
+            "time": tip.time,
+            "x_front": p.tip[0] + tip.along * p.direction[0] + tip.across * normal[0],
+            "y_front": p.tip[1] + tip.along * p.direction[1] + tip.across * normal[1],
+            "ahead": tip.along,
+            "speed": tip.speed,
+        }
+        write_history(run.path / "histories" / f"{name}.csv", TIP_UNITS, columns)
+        names.append(name)
+    return names
+
+
+def write_summary(
+    run: RunFolder,
+    *,
+    command: str,
+    arch: str,
+    threads: int,
+    nodes: int,
+    stress_points: int,
+    steps: int,
+    seconds: Mapping[str, float],
+) -> dict[str, Any]:
+    """Writes histories/crack_tip.csv and summary.json of a finished run.
+
+    seconds: by name, "advance" the time loop without output and compilation. `node_steps_per_second`
+    counts nodes over that time; stress points are not counted.
+    """
+    scene = run.scene
+    write_crack_tips(run, scene)
+    energies = run.history("energies")
+
+    def last(name: str) -> float | None:
+        return float(energies[name][-1]) if name in energies.columns and len(energies) else None
+
+    advance = seconds.get("advance", 0.0)
+    summary = {
+        "scene": scene.name,
+        "title": scene.title,
+        "quality": scene.quality,
+        "settings": {
+            **scene.parameters,
+            "formulation": scene.numerics.formulation.kind,
+            "spacing": scene.numerics.spacing,
+            "precision": scene.numerics.precision,
+            "arch": arch,
+            "threads": threads,
+        },
+        "command": command,
+        "scene_hash": scene_hash(scene),
+        "commit": commit(),
+        "machine": machine(),
+        "nodes": nodes,
+        "stress_points": stress_points,
+        "steps": steps,
+        "seconds": dict(seconds),
+        "node_steps": nodes * steps,
+        "node_steps_per_second": nodes * steps / advance if advance > 0 else None,
+        "B_percent": last("B_percent"),
+        "closed_residual_percent": last("closed_residual_percent"),
+        "quantities": measured(run, scene),
+    }
+    write_json(run.path / "summary.json", summary)
+    return summary

@@ -1,0 +1,121 @@
+"""Summary, answer, record and results of a finished run."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from taichi_sph.errors import SceneError
+from taichi_sph.output import results
+from taichi_sph.output.answer import answer, quantity_text
+from taichi_sph.output.folder import RunFolder
+from taichi_sph.output.record import scene_hash, write_record
+from taichi_sph.output.summary import judged
+from taichi_sph.scene import Quantity
+
+from .synthetic import plate_scene, write_run
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory) -> RunFolder:
+    return write_run(tmp_path_factory.mktemp("run"), count=2)
+
+
+def test_summary(run: RunFolder) -> None:
+    summary = run.summary
+    assert summary["node_steps"] == 16281 * 600
+    assert summary["node_steps_per_second"] == pytest.approx(16281 * 600 / 4)
+    assert (summary["B_percent"], summary["closed_residual_percent"]) == (-0.13, 0.02)
+    assert summary["quantities"]["branch_count"] == {
+        "value": 2,
+        "unit": "",
+        "target": 2,
+        "tolerance": 0,
+        "source": "drawn",
+        "met": True,
+    }
+    assert summary["quantities"]["tip_speed_plateau"]["met"] is None
+    tip = run.history("crack_tip")
+    assert tip.units == {"time": "s", "x_front": "m", "y_front": "m", "ahead": "m", "speed": "m/s"}
+    assert np.all(np.diff(tip["x_front"]) >= 0)
+
+
+@pytest.mark.parametrize("value, met", [(57e-6, True), (62e-6, True), (63e-6, False), (None, False)])
+def test_judged(value: float | None, met: bool) -> None:
+    quantity = Quantity(name="edge_arrival", unit="s", value=56e-6, tolerance=6e-6)
+    assert judged(quantity, value)["met"] is met
+
+
+def test_answer(run: RunFolder) -> None:
+    text = "\n".join(answer(run))
+    assert text.startswith("Cracked: yes, ")
+    assert re.search(r"splits in two, 2\d(\.\d)? mm ahead of it at 2\d(\.\d)? us", text)
+    assert "reaches the far edge at 54.2 us" in text
+    assert "edge_arrival: 54.2 us (expected 55 us ± 1 us: met)" in text
+    assert "balance B = -0.13 %, closed residual = +0.02 %" in text
+    assert "2.44 M node-steps/s" in text
+
+
+def test_answer_without_crack(tmp_path: Path) -> None:
+    assert answer(write_run(tmp_path, count=1))[0].startswith("Cracked: no. The largest damage is 0.")
+
+
+@pytest.mark.parametrize(
+    "value, unit, text",
+    [(5.62e-5, "s", "56.2 us"), (7.5e-3, "m", "7.5 mm"), (1450.0, "m/s", "1450 m/s"), (2.0, "", "2"), (None, "s", "none"), (0.0, "s", "0 s"), (1.5, "s", "1.5 s")],
+)
+def test_quantities_in_words(value: float | None, unit: str, text: str) -> None:
+    assert quantity_text(value, unit) == text
+
+
+def test_record(run: RunFolder) -> None:
+    state = {"u": np.arange(5.0)}
+    options = {"command": "x", "arch": "cpu", "threads": 2, "steps": 600, "seconds": {"advance": 4.0}}
+    record = write_record(run.path, run.scene, state=state, **options)
+    again = write_record(run.path, run.scene, state={"u": np.arange(5.0)}, **options)
+    other = write_record(run.path, run.scene, state={"u": np.arange(5.0) + 1e-15}, **options)
+    assert record["result_hash"] == again["result_hash"] != other["result_hash"]
+    assert record["scene_hash"] == run.summary["scene_hash"]
+    assert run.scene == type(run.scene).model_validate(run.record["scene"])
+    assert {"python", "numpy", "h5py"} <= record["versions"].keys()
+
+
+def test_hash_of_a_scene_ignores_what_is_only_shown() -> None:
+    scene = plate_scene()
+    assert scene_hash(scene) == scene_hash(plate_scene(title="Other", **{"output.frames": 3}))
+    assert scene_hash(scene) != scene_hash(plate_scene(duration=7e-5))
+
+
+def test_results(run: RunFolder, tmp_path: Path) -> None:
+    path = results.record_summary(run, tmp_path)
+    assert path.name == "drawn_plate-draft-galerkin.json"
+    summaries = results.read_summaries(tmp_path)
+    text = results.markdown(summaries.values())
+    assert "| edge_arrival | 54.2 us | 55 us ± 1 us | yes | drawn |" in text
+    assert "taichi-sph run drawn_plate" in text
+    assert results.stale(summaries, lambda s: plate_scene()) == {}
+    changed = results.stale(summaries, lambda s: plate_scene(duration=7e-5))
+    assert "its scene changed" in changed[path.stem]
+
+    def gone(_: dict) -> None:
+        raise SceneError("there is no scene 'drawn_plate'")
+
+    assert "cannot be built" in results.stale(summaries, gone)[path.stem]
+
+
+@pytest.mark.parametrize("content, sentence", [("{", "not valid JSON"), ("[]", "not the summary"), (json.dumps({"scene": "x"}), "no 'quality'")])
+def test_spoiled_summaries(tmp_path: Path, content: str, sentence: str) -> None:
+    (tmp_path / "x.json").write_text(content)
+    with pytest.raises(SceneError, match=sentence):
+        results.read_summaries(tmp_path)
+
+
+def test_folders_that_are_no_runs(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="no run folder"):
+        RunFolder(tmp_path / "none")
+    with pytest.raises(SceneError, match="not a run folder"):
+        _ = RunFolder(tmp_path).scene
