@@ -7,6 +7,7 @@ option, 3 for a run that stopped itself, 130 for an interrupt with checkpoint.
 
 from __future__ import annotations
 
+import shlex
 import sys
 from pathlib import Path
 from typing import Annotated, Any
@@ -61,7 +62,8 @@ def run(
     """Run a scene, then say in words and pictures what happened."""
     from . import run as running
 
-    running.run(_scene(scene, quality, set_), out, arch=arch, threads=threads, pictures=pictures)
+    again = command_line(str(scene), quality, set_)
+    running.run(_scene(scene, quality, set_), out, arch=arch, threads=threads, pictures=pictures, command=again)
 
 
 @app.command()
@@ -111,18 +113,35 @@ def render(folder: RunArgument) -> None:
 
 @app.command()
 def results(
-    folders: Annotated[list[Path] | None, typer.Argument(metavar="DIR", help="Runs; default: all in runs/.")] = None,
+    folders: Annotated[list[Path] | None, typer.Argument(metavar="DIR", help="Runs whose summaries are to be recorded first.")] = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE", help="Write there, e.g. RESULTS.md.")] = None,
 ) -> None:
-    """A table of what runs found against what was expected, from their summaries."""
-    from . import run as running
+    """Print the table of recorded runs: what they found against what was expected."""
+    from .output import results as table
+    from .output.folder import RunFolder
 
-    text = running.results_table(folders or [])
+    for folder in folders or ():
+        with RunFolder(folder) as run_folder:
+            typer.echo(f"recorded: {table.record_summary(run_folder)}")
+    summaries = table.read_summaries()
+    if not summaries:
+        raise SceneError(f"no run is recorded in {table.FOLDER}; record one with: taichi-sph results DIR")
+    for name, why in table.stale(summaries, _scene_of).items():
+        typer.echo(f"{name} is out of date: {why}", err=True)
+    text = table.markdown(summaries.values())
     if out is None:
         typer.echo(text)
     else:
         out.write_text(text, encoding="utf-8")
         typer.echo(out)
+
+
+def _scene_of(summary: dict[str, Any]) -> Any:
+    """Today's scene with the settings of a recorded run."""
+    path = _find(summary["scene"])
+    named = set(parameters_of(path))
+    chosen = {k: v for k, v in summary["settings"].items() if k in named or "." in k}
+    return load_scene(path, {**chosen, "quality": summary["quality"]} if summary["quality"] != "custom" else chosen)
 
 
 @app.command()
@@ -203,9 +222,20 @@ def _command_of(function: SceneFunction) -> typer.Typer:
         from . import run as running
 
         scene = load_scene(function, settings(quality, set_))
-        running.run(scene, out, arch=arch, threads=threads, pictures=pictures)
+        again = command_line(scene.name, quality, set_)
+        running.run(scene, out, arch=arch, threads=threads, pictures=pictures, command=again)
 
     return single
+
+
+def command_line(scene: str, quality: str | None, pairs: list[str] | None) -> str:
+    """What to type to run the same again."""
+    words = ["taichi-sph", "run", scene]
+    if quality is not None:
+        words += ["--quality", quality]
+    for pair in pairs or ():
+        words += ["--set", pair]
+    return shlex.join(words)
 
 
 def settings(quality: str | None, pairs: list[str] | None) -> dict[str, Any]:

@@ -14,7 +14,7 @@ import signal
 import threading
 import time as clock
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -39,6 +39,7 @@ class SimulationLike(Protocol):
     dt: float
     dt_rule: str
     n_nodes: int
+    stress_points: int
     compile_seconds: float
 
     def advance_to(self, time: float) -> None: ...
@@ -79,15 +80,18 @@ class Every:
 
 @dataclass
 class Clocks:
-    """Seconds spent, over all sessions of a run."""
+    """Seconds spent, over all sessions of a run, and how it was started."""
 
+    command: str
+    threads: int
     compile: float = 0.0
     advance: float = 0.0
     write: float = 0.0
-    earlier_steps: int = 0
     sessions: int = 1
-    measured_steps: int = 0
-    started: float = field(default_factory=clock.monotonic)
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        return {"compile": self.compile, "advance": self.advance, "write": self.write}
 
 
 def default_out(scene: Scene) -> Path:
@@ -96,6 +100,9 @@ def default_out(scene: Scene) -> Path:
 
 def checked_plan(scene: Scene, arch: str) -> Plan:
     """The plan, refused where this machine cannot hold the run."""
+    from .output.measures import check_quantities
+
+    check_quantities(scene)
     p = plan(scene, speed.recall(scene, arch))
     available = _memory()
     if available is not None and p.memory > available:
@@ -129,17 +136,21 @@ def run(
     arch: str = "cpu",
     threads: int | None = None,
     pictures: bool = True,
+    command: str = "",
     progress: Progress | None = None,
     simulation: Callable[..., SimulationLike] | None = None,
 ) -> Path:
-    """Runs a scene into the folder `out` and returns it. SceneError before anything is written."""
+    """Runs a scene into the folder `out` and returns it. SceneError before anything is written.
+
+    `command`: how the user would run it again, for the record.
+    """
     out = out or default_out(scene)
     progress = progress or Progress()
     planned = checked_plan(scene, arch)
     check_out(out, planned.disk)
     tell_plan(scene, planned, progress)
     with _signals() as asked:
-        clocks = Clocks()
+        clocks = Clocks(command=command or f"taichi-sph run {out / SCENE_FILE}", threads=threads or os.cpu_count() or 1)
         sim = _simulation(scene, arch, threads, progress, simulation)
         clocks.compile = sim.compile_seconds
         _clear(out)
@@ -159,7 +170,7 @@ def resume(
     simulation: Callable[..., SimulationLike] | None = None,
 ) -> Path:
     """Goes on from the newest checkpoint of a run, as if it had never stopped."""
-    from .output import checkpoint
+    from .output import checkpoint, record
 
     out = Path(out)
     if not (out / SCENE_FILE).is_file():
@@ -168,24 +179,17 @@ def resume(
         raise SceneError(f"the run in '{out}' is finished: there is nothing to resume")
     progress = progress or Progress()
     scene = load_scene(out / SCENE_FILE)
-    saved = checkpoint.load(checkpoint.latest(out / "checkpoints"), scene_hash(scene))
+    saved = checkpoint.load(checkpoint.latest(out / "checkpoints"), record.scene_hash(scene))
     progress.say(f"resuming '{scene.name}' at t = {show(saved.time, 's')}, step {saved.step}")
     with _signals() as asked:
         sim = _simulation(scene, arch, threads, progress, simulation)
         sim.restore(saved.state)
-        clocks = Clocks(**{k: v for k, v in saved.extra.items() if k in ("compile", "advance", "write", "measured_steps")})
-        clocks.sessions = int(saved.extra.get("sessions", 1)) + 1
+        known = {f.name for f in fields(Clocks)}
+        clocks = Clocks(**{"command": "", **{k: v for k, v in saved.extra.items() if k in known}, "threads": threads or os.cpu_count() or 1})
+        clocks.sessions += 1
         clocks.compile += sim.compile_seconds
         progress.log_to(out / LOG_FILE, append=True)
         return _Session(scene, out, sim, arch, clocks, progress, asked, saved.time).go(pictures)
-
-
-def scene_hash(scene: Scene) -> str:
-    """What a checkpoint must have been written for: the scene but for how it is shown and kept."""
-    import hashlib
-
-    same = scene.model_copy(update={"output": type(scene.output)(), "quantities": (), "title": "", "source": ""})
-    return hashlib.sha256(same.model_dump_json().encode()).hexdigest()
 
 
 class _Session:
@@ -265,7 +269,6 @@ class _Session:
             sim.advance_to(target)
             spent = clock.monotonic() - before
             self.clocks.advance += spent
-            self.clocks.measured_steps += sim.step - steps
             if spent > 0 and sim.step > steps:
                 beat_steps = max(1, min(4 * beat_steps, int((sim.step - steps) / spent * BEAT)))
             self._events()
@@ -291,23 +294,16 @@ class _Session:
         self.clocks.write += clock.monotonic() - before
 
     def _checkpoint(self, folder: str) -> Path:
-        from .output import checkpoint
+        from .output import checkpoint, record
 
-        c = self.clocks
         return checkpoint.save(
             self.out / folder,
-            scene_hash=scene_hash(self.scene),
+            scene_hash=record.scene_hash(self.scene),
             time=self.sim.time,
             step=self.sim.step,
             state=self.sim.state(),
             keep=self.scene.output.keep_checkpoints,
-            extra={
-                "compile": c.compile,
-                "advance": c.advance,
-                "write": c.write,
-                "measured_steps": c.measured_steps,
-                "sessions": c.sessions,
-            },
+            extra=asdict(self.clocks),
         )
 
     def _interrupt(self) -> None:
@@ -324,7 +320,31 @@ class _Session:
             self.frames.append(self.sim.frame())
 
     def _finish(self, pictures: bool) -> None:
-        raise NotImplementedError
+        """Record, summary, pictures, and the answer."""
+        from .output.answer import answer
+        from .output.folder import RunFolder
+        from .output.record import write_record
+        from .output.summary import write_summary
+
+        sim, c = self.sim, self.clocks
+        how = {"command": c.command, "arch": self.arch, "threads": c.threads, "steps": sim.step, "seconds": c.seconds}
+        write_record(self.out, self.scene, state=sim.state(), **how)
+        with RunFolder(self.out) as folder:
+            summary = write_summary(folder, nodes=sim.n_nodes, stress_points=sim.stress_points, **how)
+            lines = answer(folder, summary)
+        if c.advance > 1.0:  # shorter ones measure the start
+            speed.remember(self.scene, self.arch, summary["node_steps_per_second"])
+        drawn = draw(self.out, self.progress) if pictures else []
+        for line in ("", *lines, ""):
+            self.progress.say(line)
+        self.progress.say(f"written: {self.out}{os.sep} with {SUMMARY_FILE}, record.json, histories, frames (for ParaView)")
+        for path in drawn:
+            self.progress.say(f"picture: {path}")
+
+
+def draw(out: Path, progress: Progress | None = None) -> list[Path]:
+    """Pictures of a run, from its files; without the drawing packages a line that says how to get them."""
+    raise NotImplementedError
 
 
 def tell_plan(scene: Scene, p: Plan, progress: Progress) -> None:

@@ -82,10 +82,11 @@ def scene(s: "Scene") -> None:
                 raise ValueError(
                     f"{key}[{number}].{across}: z must be 0, for shell '{load.shell}' moves in its plane (motion = 'in_plane')"
                 )
-    measured = [q.name for q in s.quantities]
-    for name in measured:
-        if measured.count(name) > 1:
-            raise ValueError(f"quantities: '{name}' is asked for {measured.count(name)} times; names must differ")
+    asked: list[tuple[str, dict[str, object]]] = []
+    for quantity in s.quantities:
+        if (quantity.name, quantity.options) in asked:
+            raise ValueError(f"quantities: '{quantity.name}' is asked for twice with the same options")
+        asked.append((quantity.name, dict(quantity.options)))
     _size(s)
 
 

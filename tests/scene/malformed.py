@@ -71,7 +71,7 @@ MALFORMED: list[tuple[str, Any, str]] = [
     ("forces.0.where", {"kind": "box", "lo": [0.02, None, None], "hi": [0.01, None, None]}, "lo is above hi along x"),
     ("shells.0.cuts.0.end", [0, 0.01, 0], "start and end are the same point"),
     ("shells.0.cuts.0.end", [2, 0.01, 0], "is outside the plate 'plate'"),
-    ("quantities", [{"name": "asymmetry"}, {"name": "asymmetry"}], "asked for 2 times"),
+    ("quantities", [{"name": "asymmetry"}, {"name": "asymmetry"}], "asked for twice"),
     # computations that nobody can have meant
     ("duration", 20, "is it in microseconds? write '20 us'"),
     ("duration", 1e-12, "is shorter than one time step"),
