@@ -52,7 +52,7 @@ class Progress:
         self._pending.clear()
 
     def say(self, text: str) -> None:
-        self._write(text)
+        self.note(text)
         if self.live is not None:
             self.live.console.print(text, markup=False, highlight=False)
         else:
@@ -72,7 +72,7 @@ class Progress:
         elif force or now - self._last >= QUIET:
             print(text, file=self.stream, flush=True)
         if force or now - self._last >= QUIET:
-            self._write(text)
+            self.note(text)
             self._last = now
 
     def close(self) -> None:
@@ -83,7 +83,8 @@ class Progress:
             self._log.close()
             self._log = None
 
-    def _write(self, text: str) -> None:
+    def note(self, text: str) -> None:
+        """Into the log only."""
         if self._log is not None:
             self._log.write(text + "\n")
             self._log.flush()

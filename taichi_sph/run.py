@@ -157,7 +157,9 @@ def run(
         out.mkdir(parents=True, exist_ok=True)
         (out / SCENE_FILE).write_text(dump(scene), encoding="utf-8")
         progress.log_to(out / LOG_FILE)
-        return _Session(scene, out, sim, arch, clocks, progress, asked, None).go(pictures)
+        session = _Session(scene, out, sim, arch, clocks, progress, asked, None)
+        session.compute()
+    return session.finish(pictures)
 
 
 def resume(
@@ -189,7 +191,9 @@ def resume(
         clocks.sessions += 1
         clocks.compile += sim.compile_seconds
         progress.log_to(out / LOG_FILE, append=True)
-        return _Session(scene, out, sim, arch, clocks, progress, asked, saved.time).go(pictures)
+        session = _Session(scene, out, sim, arch, clocks, progress, asked, saved.time)
+        session.compute()
+    return session.finish(pictures)
 
 
 class _Session:
@@ -235,24 +239,22 @@ class _Session:
         """The time, but for the rounding of a sum of steps."""
         return self.sim.time + 1e-6 * self.sim.dt
 
-    def go(self, pictures: bool) -> Path:
+    def compute(self) -> None:
+        """To the end of the scene, or to what ends it before."""
         try:
             self._loop()
         except RunStopped as stop:
             self._keep_stopped()
-            self.progress.say(f"stopped: {stop}")
             self.progress.say(f"the state was saved in {self.out / 'stopped'}")
+            self.progress.note(str(stop))
+            raise
+        except RunInterrupted as interrupt:
+            self.progress.note(str(interrupt))
             raise
         finally:
             self.history.close()
             self.counts.close()
             self.progress.close()
-        self.progress.log_to(self.out / LOG_FILE, append=True)
-        try:
-            self._finish(pictures)
-        finally:
-            self.progress.close()
-        return self.out
 
     def _loop(self) -> None:
         sim, duration = self.sim, self.scene.duration
@@ -279,6 +281,8 @@ class _Session:
                 progress_line(sim.time, duration, sim.dt, sim.dt_rule, eta, self.energies, sim.status()),
                 force=self._now >= duration,
             )
+        if self.asked:
+            self._interrupt()
 
     def _events(self) -> None:
         before = clock.monotonic()
@@ -319,8 +323,16 @@ class _Session:
         with contextlib.suppress(ValueError):
             self.frames.append(self.sim.frame())
 
-    def _finish(self, pictures: bool) -> None:
+    def finish(self, pictures: bool) -> Path:
         """Record, summary, pictures, and the answer."""
+        self.progress.log_to(self.out / LOG_FILE, append=True)
+        try:
+            self._write_results(pictures)
+        finally:
+            self.progress.close()
+        return self.out
+
+    def _write_results(self, pictures: bool) -> None:
         from .output.answer import answer
         from .output.folder import RunFolder
         from .output.record import write_record
@@ -344,7 +356,19 @@ class _Session:
 
 def draw(out: Path, progress: Progress | None = None) -> list[Path]:
     """Pictures of a run, from its files; without the drawing packages a line that says how to get them."""
-    raise NotImplementedError
+    from importlib.util import find_spec
+
+    from .output.folder import RunFolder
+
+    with RunFolder(out) as folder:
+        folder.frames()  # a sentence where there is nothing to draw
+    missing = [name for name in ("pyvista", "matplotlib", "imageio") if find_spec(name) is None]
+    if missing:
+        (progress or Progress()).say(f"no pictures: {missing[0]} is missing; get it with: pip install 'taichi-sph[render]'")
+        return []
+    from . import render
+
+    return render.draw(out)
 
 
 def tell_plan(scene: Scene, p: Plan, progress: Progress) -> None:

@@ -60,13 +60,14 @@ def _read(path: Path) -> Any:
     import meshio
 
     try:
-        # meshio prints, and ends the program, where a format is ambiguous
-        with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
+        # meshio prints, and ends the program, where the readers of an ending have all failed
+        said = io.StringIO()
+        with warnings.catch_warnings(), contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
             warnings.simplefilter("ignore")
             with np.errstate(all="ignore"):
                 return meshio.read(path)
     except (Exception, SystemExit) as error:
-        why = " ".join(str(error).split())[:120]
+        why = "" if isinstance(error, SystemExit) else " ".join(str(error).split())[:120]
         raise SceneError(f"mesh {path.name} cannot be read as {path.suffix}{f' ({why})' if why else ''}") from None
 
 

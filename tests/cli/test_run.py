@@ -1,0 +1,163 @@
+"""The loop of a run, with a stand-in for the physics: what is written when, interrupts, stops, resumes."""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+
+import numpy as np
+import pytest
+
+from taichi_sph.output.frames import FramesFile
+from taichi_sph.output.histories import read_history
+from taichi_sph.run import Every
+
+from .conftest import files
+
+QUIET = ("--no-pictures",)
+
+
+def results(folder):
+    """What must be the same after an interrupt: histories, frames, final state."""
+    with FramesFile(folder / "frames" / "plate.vtkhdf") as frames:
+        shown = [(t, body.points) for t, body in zip(frames.times, frames)]
+    return {
+        "energies": (folder / "histories" / "energies.csv").read_text(),
+        "progress": (folder / "histories" / "progress.csv").read_text(),
+        "times": [t for t, _ in shown],
+        "points": np.array([p for _, p in shown]).tobytes(),
+        "hash": json.loads((folder / "record.json").read_text())["result_hash"],
+    }
+
+
+def test_a_whole_run(call, work, fake, scene_file):
+    code, out, err = call("run", "small.json", "--out", "r", *QUIET)
+    assert (code, err) == (0, "")
+    assert "231 nodes" in out and "100 %" in out and "ruled by a rule" in out and "written: r" in out
+    assert {p.name for p in (work / "r").iterdir()} == {
+        "scene.json", "summary.json", "record.json", "log.txt", "frames", "histories", "checkpoints",
+    }  # fmt: skip
+    with FramesFile(work / "r/frames/plate.vtkhdf") as frames:
+        assert frames.times == pytest.approx(np.linspace(0, 20e-6, 5))
+    assert read_history(work / "r/histories/progress.csv").time == pytest.approx(np.linspace(0, 20e-6, 9))
+    assert [p.name for p in sorted((work / "r/checkpoints").iterdir())] == [
+        "step_000000020.checkpoint",
+        "step_000000040.checkpoint",
+    ]
+    log = (work / "r/log.txt").read_text()
+    assert "compiled and built" in log and "100 %" in log
+    summary = json.loads((work / "r/summary.json").read_text())
+    assert summary["command"] == "taichi-sph run small.json" and summary["steps"] == 40
+    assert set(summary["seconds"]) == {"compile", "advance", "write"}
+
+
+def test_the_default_folder_and_a_second_run_into_it(call, work, fake, scene_file):
+    assert call("run", "small.json", *QUIET)[0] == 0
+    stale = work / "runs/small-custom/pictures/old.png"
+    stale.parent.mkdir()
+    stale.touch()
+    (work / "runs/small-custom/notes.txt").write_text("mine")
+    assert call("run", "small.json", *QUIET)[0] == 0
+    assert not stale.exists() and (work / "runs/small-custom/notes.txt").exists()
+
+
+@pytest.mark.parametrize("step", [1, 9, 10, 11, 25, 39])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupt_and_resume_is_the_same_run(call, work, fake, scene_file, step, number):
+    assert call("run", "small.json", "--out", "whole", *QUIET)[0] == 0
+    fake.on_step = lambda sim: sim.step == step and signal.raise_signal(number)
+    code, _, err = call("run", "small.json", "--out", "parts", *QUIET)
+    assert code == 130
+    assert signal.Signals(number).name in err and "taichi-sph resume parts" in err and err.count("\n") == 1
+    assert not (work / "parts/summary.json").exists()
+    fake.on_step = None
+    code, out, err = call("resume", "parts", *QUIET)
+    assert (code, err) == (0, "") and int(re.search(r"resuming .* step (\d+)", out)[1]) >= step
+    assert results(work / "parts") == results(work / "whole")
+
+
+def test_killed_and_resumed_from_an_older_checkpoint(call, work, fake, scene_file):
+    """What was written after the checkpoint is dropped and made again."""
+    assert call("run", "small.json", "--out", "whole", *QUIET)[0] == 0
+
+    class Killed(BaseException):
+        pass
+
+    def kill(sim):
+        if sim.step == 33:
+            raise Killed
+
+    fake.on_step = kill
+    with pytest.raises(Killed):
+        call("run", "small.json", "--out", "parts", *QUIET)
+    fake.on_step = None
+    assert call("resume", "parts", *QUIET)[0] == 0
+    assert results(work / "parts") == results(work / "whole")
+
+
+def test_interrupted_twice(call, work, fake, scene_file):
+    assert call("run", "small.json", "--out", "whole", *QUIET)[0] == 0
+    fake.on_step = lambda sim: sim.step in (7, 22) and signal.raise_signal(signal.SIGINT)
+    assert call("run", "small.json", "--out", "parts", *QUIET)[0] == 130
+    assert call("resume", "parts", *QUIET)[0] == 130
+    assert call("resume", "parts", *QUIET)[0] == 0
+    assert results(work / "parts") == results(work / "whole")
+    assert call("resume", "parts", *QUIET)[2] == "taichi-sph: the run in 'parts' is finished: there is nothing to resume\n"
+
+
+def test_a_run_that_stops_itself(call, work, fake, scene_file):
+    fake.stop_at = 23
+    code, out, err = call("run", "small.json", "--out", "r", *QUIET)
+    assert code == 3
+    assert err.startswith("taichi-sph: body 'plate', node 3") and err.count("\n") == 1
+    assert "the state was saved in r/stopped" in out
+    assert [p.name for p in (work / "r/stopped").iterdir()] == ["step_000000023.checkpoint"]
+    assert sorted(p.name for p in (work / "r/checkpoints").iterdir())[-1] == "step_000000020.checkpoint"
+    assert not (work / "r/summary.json").exists()
+
+
+def test_checkpoints_can_be_left_out(call, work, fake, scene_file):
+    assert call("run", "small.json", "--set", "output.checkpoints=0", "--out", "r", *QUIET)[0] == 0
+    assert not (work / "r/checkpoints").exists()
+
+
+def test_validate_writes_nothing(call, work, fake, scene_file):
+    before = files(work)
+    code, out, err = call("validate", "small.json")
+    assert (code, err) == (0, "") and files(work) == before and fake.asked == []
+    for word in ("231 nodes", "200 stress points", "mass", "analytic", "dt", "steps", "memory", "disk", "valid"):
+        assert word in out
+
+
+def test_a_record_can_be_run_again(call, work, fake, scene_file):
+    assert call("run", "small.json", "--set", "numerics.spacing=1mm", "--out", "one", *QUIET)[0] == 0
+    assert call("run", "one/scene.json", "--out", "two", *QUIET)[0] == 0
+    assert (work / "one/scene.json").read_text() == (work / "two/scene.json").read_text()
+    assert [a["scene"].numerics.spacing for a in fake.asked] == [1e-3, 1e-3]
+
+
+def test_arch_and_threads_arrive(call, fake, scene_file):
+    assert call("run", "small.json", "--threads", "1", *QUIET)[0] == 0
+    assert (fake.asked[0]["arch"], fake.asked[0]["threads"]) == ("cpu", 1)
+
+
+def test_a_scene_that_needs_more_memory_than_there_is(call, work, fake, scene_file, monkeypatch):
+    monkeypatch.setattr("taichi_sph.run._memory", lambda: 1000)
+    code, _, err = call("run", "small.json")
+    assert code == 2 and "of memory; this machine has 1 kB" in err
+
+
+def test_a_full_disk(call, work, fake, scene_file, monkeypatch):
+    monkeypatch.setattr("shutil.disk_usage", lambda _: type("Usage", (), {"free": 1000}))
+    code, _, err = call("run", "small.json")
+    assert code == 2 and "the disk has 1 kB free" in err and not (work / "runs").exists()
+
+
+def test_every():
+    e = Every(4, 1.0)
+    assert [t for t in np.linspace(0, 1, 101) if e.due(t)] == pytest.approx([0, 0.25, 0.5, 0.75, 1])
+    e = Every(100, 1.0)
+    assert [t for t in (0, 0.5, 1.0) if e.due(t)] == [0, 0.5, 1.0]
+    e.skip(2.0)
+    assert e.next_time == float("inf") and not Every(0, 1.0).due(1.0)
