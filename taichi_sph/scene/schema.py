@@ -240,7 +240,7 @@ class Collocation(Frozen):
     """The thesis's strong form (T 2.2), with its viscosity and its filter on crack edges (T 2.3.6.5)."""
 
     kind: Literal["collocation"] = "collocation"
-    support: Annotated[Dimensionless, Field(ge=1.0, le=2.0)] = 1.5
+    support: Annotated[Dimensionless, Field(ge=1.0, le=2.0)] = 1.2
     viscosity: Viscosity = Viscosity()
     edge_filter: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.01
 

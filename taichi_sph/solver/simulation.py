@@ -9,15 +9,18 @@ import numpy as np
 
 from .. import runtime
 from ..errors import SceneError
+from ..forces.collocation import Collocation
+from ..forces.edge_filter import THESIS_STEP, EdgeFilter
 from ..forces.galerkin import Galerkin
 from ..forces.loads import Loads
+from ..forces.viscosity import PairViscosity
 from ..model.build import build, initial_velocity, node_forces, node_motions
 from ..model.cuts import cells_cut
 from ..output.frame import BodyFrame, Frame
 from ..scene.schema import Scene
 from .ledger import Ledger
 from .rupture import Rupture
-from .stable_dt import largest_frequency
+from .stable_dt import StableStep
 from .step import step
 from .watchdog import Watchdog
 
@@ -38,8 +41,7 @@ class Simulation:
         self.mesh, self.nodes, self.cells, self.material = model.mesh, model.nodes, model.cells, model.material
         self.spacing = self.mesh.spacing
         self.time, self.step, self.dt, self._dt_before = 0.0, 0, 0.0, 0.0
-        self.terms = []
-        self.internal = self._formulation()
+        self.internal, self.terms = self._formulation()
         self.loads = Loads(
             self.nodes,
             list(node_forces(scene, self.mesh, self.nodes.dim)),
@@ -53,22 +55,42 @@ class Simulation:
         )
         self.rupture.cut(self.cut_cells)
         runtime.put(self.nodes.v, initial_velocity(scene, self.mesh, self.nodes.dim))
-        self.frequency, _ = largest_frequency(self)
-        self.set_dt(scene.numerics.time_step_safety * 2.0 / self.frequency)
-        self.dt_rule = f"{scene.numerics.time_step_safety:g} of the operator's limit 2/omega_max"
+        self.stable = StableStep(self)
+        self._fit_dt()
         self._dt_before = 0.0  # v_0 is given at t = 0: the first kick is half a step
         self.internal.strain(0.0)  # so that the first step finds its kernels ready
         runtime.ti.sync()
         self.compile_seconds = clock.perf_counter() - began
 
     def _formulation(self):
+        """The internal forces, and the further terms that their form needs."""
         settings = self.scene.numerics.formulation
-        return Galerkin(self.mesh, self.nodes, self.cells, self.material, settings)
+        if settings.kind == "galerkin":
+            return Galerkin(self.mesh, self.nodes, self.cells, self.material, settings), []
+        internal = Collocation(self.mesh, self.nodes, self.cells, self.material, settings)
+        material = self.shell.material
+        sound = math.sqrt(material.young / material.density)
+        terms = []
+        if settings.viscosity.alpha or settings.viscosity.beta:
+            terms.append(
+                PairViscosity(
+                    self.nodes, self.material, internal.pairs, internal.area, material.density, sound, settings.viscosity
+                )
+            )
+        if settings.edge_filter and self.material.breaks:
+            rate = settings.edge_filter * sound / (THESIS_STEP * self.spacing)
+            terms.append(EdgeFilter(self.nodes, self.cells, internal.pairs, rate))
+        return internal, terms
 
-    def set_dt(self, dt: float) -> None:
-        """Step at most dt, so that a whole number of steps ends the run."""
-        steps = max(1, math.ceil((self.scene.duration - self.time) / dt * (1 - 1e-12)))
-        self.dt = (self.scene.duration - self.time) / steps if self.time < self.scene.duration else dt
+    def _fit_dt(self) -> None:
+        """The stable step, shortened so that a whole number of steps ends the run."""
+        left = self.scene.duration - self.time
+        self.dt = left / max(1, math.ceil(left / self.stable.dt * (1 - 1e-12))) if left > 0 else self.stable.dt
+
+    @property
+    def dt_rule(self) -> str:
+        """What rules dt, in words."""
+        return f"{self.stable.safety:g} of the operator's limit 2/omega_max = {2 / self.stable.frequency:.4g} s"
 
     @property
     def n_nodes(self) -> int:
@@ -97,6 +119,8 @@ class Simulation:
             self._dt_before = self.dt
             self.time += self.dt
             self.step += 1
+            if self.stable.watch():
+                self._fit_dt()
         self.watchdog.look(self.energies())
 
     def advance_to(self, time: float) -> None:
@@ -158,11 +182,13 @@ class Simulation:
     def state(self) -> dict[str, np.ndarray]:
         """All that is history, for a checkpoint."""
         return {
-            "time": np.array([self.time, self.dt, self._dt_before, self.ledger.injected, self.frequency]),
+            "time": np.array([self.time, self.dt, self._dt_before, self.ledger.injected]),
             "step": np.array(self.step),
             **{name: runtime.get(field, n) for name, (field, n) in self._history().items()},
             **self.rupture.state(),
+            **self.stable.state(),
             **self.internal.state(),
+            **{name: value for term in self.terms for name, value in term.state().items()},
         }
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
@@ -178,7 +204,10 @@ class Simulation:
                 )
         for name, (field, _) in self._history().items():
             runtime.put(field, np.asarray(state[name]))
-        self.time, self.dt, self._dt_before, self.ledger.injected, self.frequency = (float(x) for x in state["time"])
+        self.time, self.dt, self._dt_before, self.ledger.injected = (float(x) for x in state["time"])
         self.step = int(state["step"])
         self.rupture.restore(state)
+        self.stable.restore(state)
         self.internal.restore(state)
+        for term in self.terms:
+            term.restore(state)
