@@ -10,7 +10,7 @@ from __future__ import annotations
 import shlex
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 from typer.exceptions import TyperException
@@ -36,7 +36,8 @@ SetOption = Annotated[
     typer.Option("--set", "-s", metavar="KEY=VALUE", help="A parameter of the scene, or a key such as numerics.spacing=1mm."),
 ]
 OutOption = Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Default: runs/<scene>-<quality>.")]
-ArchOption = Annotated[str, typer.Option("--arch", help="cpu, cuda, vulkan or metal.")]
+Arch = Literal["cpu", "cuda", "vulkan", "metal"]
+ArchOption = Annotated[Arch, typer.Option("--arch", help="Where to compute.")]
 ThreadsOption = Annotated[int | None, typer.Option("--threads", min=1, help="CPU threads; default: all.")]
 PicturesOption = Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw pictures at the end.")]
 RunArgument = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.")]
@@ -149,7 +150,7 @@ def bench(
     nodes: Annotated[list[int] | None, typer.Option("--nodes", help="Sizes to measure; may be repeated.")] = None,
     arch: ArchOption = "cpu",
     threads: ThreadsOption = None,
-    precision: Annotated[str, typer.Option("--precision", help="f64 or f32.")] = "f64",
+    precision: Annotated[Literal["f64", "f32"], typer.Option("--precision")] = "f64",
 ) -> None:
     """Measure node-steps per second, bytes per node-step, memory bandwidth and time to the first step."""
     from . import bench as measuring

@@ -30,7 +30,7 @@ from taichi_sph.runtime import ti
 runtime.start(sys.argv[1], "f64", None)
 @ti.kernel
 def total(n: ti.i32) -> ti.f64:
-    s = ti.f64(0)
+    s = 0.0
     for i in range(n):
         s += 0.5 * i
     return s
@@ -106,10 +106,20 @@ def _packages() -> Finding:
 
 def _apart(code: str, *arguments: str) -> tuple[bool, str]:
     """Runs a piece of Python by itself; what it printed last, or why it failed."""
-    try:
-        done = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, timeout=120)
-    except subprocess.TimeoutExpired:
-        return False, "no answer within 120 s"
+    paths = [str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
+    with tempfile.TemporaryDirectory() as folder:
+        script = Path(folder) / "check.py"  # a file, for Taichi reads the source of its kernels
+        script.write_text(code, encoding="utf-8")
+        try:
+            done = subprocess.run(
+                [sys.executable, str(script), *arguments],
+                capture_output=True,
+                text=True,
+                timeout=120,
+                env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))},
+            )
+        except subprocess.TimeoutExpired:
+            return False, "no answer within 120 s"
     lines = (done.stdout if done.returncode == 0 else done.stderr).strip().splitlines()
     if done.returncode < 0:
         return False, f"it crashed (signal {-done.returncode})"

@@ -46,7 +46,7 @@ OPTIONS = [
     (["run", "small", "--qualty", "draft"], "No such option: --qualty"),
     (["run", "small", "--threads", "0"], "--threads"),
     (["run", "small", "--threads", "two"], "--threads"),
-    (["run", "small", "--arch", "gpu"], "arch: 'gpu' is not known"),
+    (["run", "small", "--arch", "gpu"], "--arch"),
     (["run", "small", "--set", "n"], "is not of the form key=value"),
     (["run", "small", "--set", "n="], "is not of the form key=value"),
     (["run", "small", "--set", "n=1", "--set", "n=2"], "--set n is given twice"),
