@@ -100,6 +100,19 @@ def test_asymmetry_is_the_share_without_partner() -> None:
     assert cracks.asymmetry(run, plate_scene()) == pytest.approx(expected, abs=0.03)
 
 
+def test_cells_broken_by_the_cut_are_no_crack() -> None:
+    body, rupture = branched()
+    frame = frame_at(body, rupture, 1e-4, 1).bodies[0]
+    clean = pattern(frame, CUT)
+    centre = cell_centres(body.points, body.cells)
+    on_cut = (np.abs(centre[:, 1] - TIP[1]) < SPACING) & (centre[:, 0] < TIP[0])
+    frame.cell_data["broken"][on_cut] = 1
+    for time in (0.0, np.nan):
+        frame.cell_data["rupture_time"][on_cut] = time
+        p = pattern(frame, CUT)
+        assert p.crack.sum() == clean.crack.sum() and p.linked.min() == clean.linked.min()
+
+
 class _Memory:
     """A run folder with one frame, not on disk."""
 

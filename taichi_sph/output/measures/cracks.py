@@ -268,11 +268,8 @@ def crack_width(
     there, plus one spacing. None where no crack crosses."""
     file = run.frames(body)
     last = file.body(-1)
-    if damage is not None:
-        chosen = np.asarray(last.cell_data["damage"]) >= damage
-        last.cell_data["broken"] = chosen | np.asarray(last.cell_data["broken"]).astype(bool)
     cuts = next((shell.cuts for shell in scene.shells if shell.name == file.name), ())
-    p = pattern(last, cuts, int(cut))
+    p = pattern(last, cuts, int(cut), None if damage is None else last.cell_data["damage"] >= damage)
     place = p.near + at * (p.far - p.near)
     if len(p.along) == 0:
         return None

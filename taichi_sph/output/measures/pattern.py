@@ -120,8 +120,10 @@ def _distance_to_segment(points: np.ndarray, start: np.ndarray, end: np.ndarray)
     return np.linalg.norm(points - start - share[:, None] * axis, axis=1)
 
 
-def pattern(body: BodyFrame, cuts: tuple[Cut, ...], cut: int = 0) -> Pattern:
-    """The broken cells of `body` seen from the tip of `cuts[cut]`.
+def pattern(body: BodyFrame, cuts: tuple[Cut, ...], cut: int = 0, chosen: np.ndarray | None = None) -> Pattern:
+    """The broken cells of `body` seen from the tip of `cuts[cut]`; or the cells `chosen`, a mask (M,).
+
+    Cells that a cut left broken from the start (rupture time 0 or nan) are no part of a crack.
 
     The tip is the end of the cut that lies deeper inside the body. Without cuts the frame stands at
     the middle of the lower long side and looks across the body, and every crack counts as its own start.
@@ -140,9 +142,11 @@ def pattern(body: BodyFrame, cuts: tuple[Cut, ...], cut: int = 0) -> Pattern:
         tip = (lo + hi) / 2 - direction * (hi - lo)[short] / 2
     normal = np.array([-direction[1], direction[0]])
 
-    broken = np.asarray(body.cell_data["broken"]).astype(bool)
-    centres = cell_centres(body.reference, body.cells)[broken, :2]
-    time = np.nan_to_num(np.asarray(body.cell_data["rupture_time"], dtype=float)[broken], nan=0.0)
+    rupture = np.asarray(body.cell_data["rupture_time"], dtype=float)
+    if chosen is None:
+        chosen = np.asarray(body.cell_data["broken"]).astype(bool) & (rupture > 0)
+    centres = cell_centres(body.reference, body.cells)[chosen, :2]
+    time = np.nan_to_num(rupture[chosen], nan=0.0)
     if cuts:
         segment = np.array(cuts[cut].start[:2]), np.array(cuts[cut].end[:2])
         seeds = _distance_to_segment(centres, *segment) <= SEED * spacing
