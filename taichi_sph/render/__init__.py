@@ -1,0 +1,19 @@
+"""Pictures of a run, from its files only: stills, plots, a movie. `render_run(folder)` makes them all."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .pictures import render_compare, render_run
+
+__all__ = ["render_compare", "render_run"]
+
+
+def __getattr__(name: str) -> Any:
+    """matplotlib and VTK are loaded when the first picture is asked for."""
+    if name in __all__:
+        from . import pictures
+
+        return getattr(pictures, name)
+    raise AttributeError(name)

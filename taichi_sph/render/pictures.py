@@ -1,0 +1,264 @@
+"""The pictures of a run, written into its folder: damage at the end and over time, plots, a movie.
+
+Everything is read from files: a picture can be drawn again without the run.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")  # no display is asked for
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from ..errors import SceneError
+from ..output.folder import RunFolder
+from ..output.frame import BodyFrame
+from . import plots
+from .backend import Backend, choose
+from .panel import DAMAGE, SPEED, Look, View, cell_values, draw, magnification, view_of
+
+DPI = 170
+WIDTH = 9.4  # inches of a single panel's page
+STRIP_TIMES = 4
+MOVIE_DPI = 90
+MOVIE_SECONDS = 6.0
+
+
+def _bodies(run: RunFolder, index: int) -> list[BodyFrame]:
+    return [run.frames(name).body(index) for name in run.bodies()]
+
+
+def _times(run: RunFolder) -> np.ndarray:
+    return run.frames().times
+
+
+def look_of(runs: Sequence[RunFolder]) -> Look:
+    """Colours and magnification for all pictures of some runs: damage where there is any, else speed."""
+    last = [body for run in runs for body in _bodies(run, -1)]
+    factor = min(magnification(_bodies(run, -1)) for run in runs)
+    if any("damage" in b.cell_data and np.max(b.cell_data["damage"], initial=0) > 0 for b in last):
+        return Look("damage", "damage D [-]", DAMAGE, 0.0, 1.0, factor)
+    fastest = max(float(np.max(cell_values(b, "speed"), initial=0)) for run in runs for i in (0, -1) for b in _bodies(run, i))
+    return Look("speed", "speed [m/s]", SPEED, 0.0, fastest or 1.0, factor)
+
+
+def time_text(time: float, last: float) -> str:
+    scale, unit = plots.time_scale(last)
+    return f"{time * scale:.3g} {unit}"
+
+
+def _magnified(look: Look) -> str:
+    return "true deformation" if look.magnification == 1 else f"displacements × {look.magnification:g}"
+
+
+def _gap(look: Look) -> str:
+    return "broken cells removed" if look.field == "damage" else ""
+
+
+def _page(
+    panels: Sequence[tuple[list[BodyFrame], str]],
+    look: Look,
+    view: View,
+    title: str,
+    subtitle: str,
+    columns: int,
+    backend: Backend,
+    dpi: int = DPI,
+) -> Figure:
+    """Panels under one title and beside one colour bar; sizes follow the view, so no space is wasted."""
+    rows = -(-len(panels) // columns)
+    wide = WIDTH if columns == 1 else 12.0
+    left, right, top, bottom, between = 0.62, 0.95, 0.62, 0.5, 0.22  # inches
+    above = 0.26 if any(name for _, name in panels) else 0.02
+    across = (wide - left - right - (columns - 1) * between) / columns
+    tall = across * view.aspect
+    height = top + rows * (tall + above) + (rows - 1) * 0.12 + bottom
+    with plt.rc_context(plots.STYLE):
+        figure = plt.figure(figsize=(wide, height), dpi=dpi)
+        figure.text(left / wide, 1 - 0.2 / height, title, fontsize=13, weight="bold", va="center", color="#1d2429")
+        figure.text(left / wide, 1 - 0.44 / height, subtitle, fontsize=9.5, va="center", color="#5a6670")
+        for number, (bodies, name) in enumerate(panels):
+            row, column = divmod(number, columns)
+            x = left + column * (across + between)
+            y = height - top - (row + 1) * (tall + above) - row * 0.12
+            axes = figure.add_axes((x / wide, y / height, across / wide, tall / height))
+            draw(axes, bodies, look, view, backend.name == "vtk")
+            axes.set_title(name, fontsize=10, weight="normal", pad=3, color="#2b333a")
+            axes.tick_params(labelsize=8, length=2.5)
+            for side in axes.spines.values():
+                side.set_visible(False)
+            if row == rows - 1:
+                axes.set_xlabel("x [mm]", fontsize=9)
+            else:
+                axes.set_xticklabels([])
+            if column == 0:
+                axes.set_ylabel("y [mm]", fontsize=9)
+            else:
+                axes.set_yticklabels([])
+        whole = rows * (tall + above) + (rows - 1) * 0.12 - above
+        bar_height = min(whole, 3.2)
+        bar = figure.add_axes(((wide - right + 0.18) / wide, (bottom + (whole - bar_height) / 2) / height, 0.14 / wide, bar_height / height))
+        figure.colorbar(ScalarMappable(Normalize(look.low, look.high), look.colours), cax=bar)
+        bar.set_ylabel(look.label, fontsize=9)
+        bar.tick_params(labelsize=8, length=2.5)
+        for side in bar.spines.values():
+            side.set_visible(False)
+        bar.yaxis.label.set_color("#2b333a")
+    return figure
+
+
+def _save(figure: Figure, path: Path, dpi: int = DPI) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(path.name + ".tmp")
+    figure.savefig(temporary, dpi=dpi, format="png")
+    plt.close(figure)
+    os.replace(temporary, path)
+    return path
+
+
+def strip_frames(run: RunFolder, count: int = STRIP_TIMES) -> list[int]:
+    """Frames at even times from the first rupture (or the start) to the last rupture (or the end)."""
+    times = _times(run)
+    ruptures = [
+        rupture[rupture > 0]
+        for b in _bodies(run, -1)
+        if "rupture_time" in b.cell_data
+        for rupture in [np.asarray(b.cell_data["rupture_time"], dtype=float)]
+    ]
+    ruptures = np.concatenate(ruptures) if ruptures else np.empty(0)
+    first, last = (ruptures.min(), ruptures.max()) if len(ruptures) else (times[0], times[-1])
+    wanted = first + (last - first) * np.arange(1, count + 1) / count
+    wanted[-1] = last
+    after = [min(int(np.searchsorted(times, t)), len(times) - 1) for t in wanted]
+    return sorted(set(after))
+
+
+def _subtitle(run: RunFolder, *parts: str) -> str:
+    scene = run.scene
+    numerics = scene.numerics
+    head = f"{scene.quality}, {numerics.formulation.kind}, spacing {numerics.spacing * 1e3:.3g} mm"
+    return "   ·   ".join([head, *(p for p in parts if p)])
+
+
+def render_run(folder: Path | str, notice: Callable[[str], None] | None = None) -> list[Path]:
+    """Draws all pictures of a run into DIR/pictures; returns their paths. `notice` is told why VTK is not used."""
+    backend = choose()
+    if backend.notice and notice is not None:
+        notice(backend.notice)
+    paths = []
+    with RunFolder(folder) as run:
+        scene, times, out = run.scene, _times(run), run.pictures
+        last = float(times[-1])
+        look = look_of([run])
+        view = view_of(_bodies(run, -1), look.magnification)
+        final = _page(
+            [(_bodies(run, -1), "")],
+            look, view, scene.title,
+            _subtitle(run, f"t = {time_text(last, last)}", _magnified(look), _gap(look)),
+            1, backend,
+        )  # fmt: skip
+        paths.append(_save(final, out / f"{look.field}.png"))
+        chosen = strip_frames(run)
+        if len(chosen) > 1:
+            strip = _page(
+                [(_bodies(run, i), f"t = {time_text(float(times[i]), last)}") for i in chosen],
+                look, view, scene.title, _subtitle(run, _magnified(look), _gap(look)), 2, backend,
+            )  # fmt: skip
+            paths.append(_save(strip, out / f"{look.field}_over_time.png"))
+        if "energies" in run.histories():
+            figure = plots.energies(run, f"{scene.title}: energy")
+            if figure is not None:
+                paths.append(_save(figure, out / "energies.png"))
+        for name in run.histories():
+            if name.startswith("crack_tip"):
+                paths.append(_save(plots.crack_tip(run, f"{scene.title}: tip of the crack", name), out / f"{name}.png"))
+        if len(times) > 2:
+            paths.append(_movie(run, look, view, backend, out / f"{look.field}.gif"))
+    return paths
+
+
+def _movie(run: RunFolder, look: Look, view: View, backend: Backend, path: Path) -> Path:
+    """All frames as a GIF of about six seconds, which rests on the last one."""
+    from PIL import Image
+
+    times = _times(run)
+    last = float(times[-1])
+    pages = []
+    for index in range(len(times)):
+        text = f"t = {time_text(float(times[index]), last)}"
+        page = _page(
+            [(_bodies(run, index), "")], look, view, run.scene.title,
+            _subtitle(run, text, _magnified(look), _gap(look)), 1, backend, MOVIE_DPI,
+        )  # fmt: skip
+        page.canvas.draw()
+        pages.append(Image.fromarray(np.asarray(page.canvas.buffer_rgba())[..., :3]))
+        plt.close(page)
+    palette = pages[-1].quantize(128)  # one palette for all, or colours flicker
+    pages = [page.quantize(palette=palette, dither=Image.Dither.NONE) for page in pages]
+    each = max(40, int(1000 * MOVIE_SECONDS / len(pages)))
+    temporary = path.with_name(path.name + ".tmp")
+    pages[0].save(
+        temporary, format="GIF", save_all=True, append_images=pages[1:], duration=[each] * (len(pages) - 1) + [2000],
+        loop=0, optimize=True,
+    )  # fmt: skip
+    os.replace(temporary, path)
+    return path
+
+
+def render_compare(
+    folders: Sequence[Path | str],
+    out: Path | str,
+    *,
+    labels: Sequence[str] | None = None,
+    title: str = "",
+    columns: int = 2,
+) -> Path:
+    """The last frames of several runs of like bodies on one page, with the same colours and magnification.
+
+    `labels` default to what tells the runs apart: settings that differ between their scenes.
+    """
+    if not folders:
+        raise SceneError("nothing to compare: give the folders of at least two runs")
+    runs = [RunFolder(f) for f in folders]
+    try:
+        look = look_of(runs)
+        views = [view_of(_bodies(run, -1), look.magnification) for run in runs]
+        view = View(min(v.x0 for v in views), max(v.x1 for v in views), min(v.y0 for v in views), max(v.y1 for v in views))
+        names = list(labels) if labels is not None else differences(runs)
+        last = max(float(_times(run)[-1]) for run in runs)
+        panels = [
+            (_bodies(run, -1), f"{name}   (t = {time_text(float(_times(run)[-1]), last)})")
+            for run, name in zip(runs, names, strict=True)
+        ]
+        subtitle = "   ·   ".join(p for p in (f"at the end of each run, {_magnified(look)}", _gap(look)) if p)
+        page = _page(panels, look, view, title or runs[0].scene.title, subtitle, min(columns, len(panels)), choose())
+        return _save(page, Path(out))
+    finally:
+        for run in runs:
+            run.close()
+
+
+def differences(runs: Sequence[RunFolder]) -> list[str]:
+    """For each run the settings in which it differs from the others; their folder where none does."""
+    settings = [
+        {
+            "scene": run.scene.name,
+            "quality": run.scene.quality,
+            "formulation": run.scene.numerics.formulation.kind,
+            "spacing": f"{run.scene.numerics.spacing * 1e3:.3g} mm",
+            **{k: f"{v:g}" if isinstance(v, float) else str(v) for k, v in run.scene.parameters.items() if k not in ("quality", "formulation")},
+        }
+        for run in runs
+    ]
+    keys = [k for k in dict.fromkeys(k for s in settings for k in s) if len({s.get(k) for s in settings}) > 1]
+    texts = [", ".join(s[k] if k in ("scene", "quality", "formulation") else f"{k} = {s[k]}" for k in keys if k in s) for s in settings]
+    return [text or run.path.name for text, run in zip(texts, runs, strict=True)]

@@ -1,0 +1,148 @@
+"""Plots of histories: the energy ledger with its balance, and the speed of the crack's tip."""
+
+from __future__ import annotations
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.figure import Figure
+
+from ..output.folder import RunFolder
+from ..output.measures.waves import rayleigh_speed
+
+PALETTE = ("#1b4f80", "#c8402f", "#e0912f", "#4b8f5a", "#7a5aa6", "#3aa0a8", "#8c6d46", "#d26fa5", "#6b7680", "#a8b545")
+PERCENT = {"B_percent": ("balance B (T)", "#1b4f80"), "closed_residual_percent": ("closed residual", "#c8402f")}
+STYLE = {
+    "font.family": "DejaVu Sans",
+    "font.size": 10,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": "#5a6670",
+    "axes.labelcolor": "#2b333a",
+    "xtick.color": "#5a6670",
+    "ytick.color": "#5a6670",
+    "axes.titlelocation": "left",
+    "axes.titleweight": "bold",
+    "axes.titlesize": 11,
+    "legend.frameon": False,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+}
+
+
+def time_scale(last: float) -> tuple[float, str]:
+    """Factor and name of the unit that suits times up to `last` [s]."""
+    return (1e6, "µs") if last < 1e-3 else (1e3, "ms") if last < 1 else (1.0, "s")
+
+
+def _prefix(largest: float, unit: str) -> tuple[float, str]:
+    for factor, prefix in ((1.0, ""), (1e3, "m"), (1e6, "µ"), (1e9, "n")):
+        if largest * factor >= 1:
+            return factor, prefix + unit
+    return 1.0, unit
+
+
+def _direct_labels(axes: plt.Axes, ends: list[tuple[float, str, str]], right: float) -> None:
+    """Names at the right end of the lines, pushed apart where they would overlap."""
+    low, high = axes.get_ylim()
+    gap = (high - low) * 0.052
+    ends = sorted(ends)
+    places = np.array([value for value, _, _ in ends])
+    for i in range(1, len(places)):
+        places[i] = max(places[i], places[i - 1] + gap)
+    over = places[-1] - high if len(places) else 0
+    if over > 0:
+        places -= over * np.linspace(0, 1, len(places))
+    for place, (_, name, colour) in zip(places, ends, strict=True):
+        axes.annotate(name, (right, place), xytext=(6, 0), textcoords="offset points", color=colour, va="center", fontsize=9)
+
+
+def energies(run: RunFolder, title: str) -> Figure | None:
+    """All terms of the ledger in joules; below, the balance in percent. None without samples."""
+    history = run.history("energies")
+    if len(history) < 2:
+        return None
+    scale, unit = time_scale(float(history.time[-1]))
+    time = history.time * scale
+    joules = [n for n in history.columns if history.units[n] == "J" and np.abs(history[n]).max() > 0]
+    largest = max((np.abs(history[n]).max() for n in joules), default=1.0)
+    factor, energy_unit = _prefix(float(largest), "J")
+    percents = [n for n in PERCENT if n in history.columns and np.isfinite(history[n]).any()]
+    with plt.rc_context(STYLE):
+        heights = [3, 1.15] if percents else [1]
+        figure, axes = plt.subplots(
+            len(heights), 1, sharex=True, figsize=(8.6, 5.6), height_ratios=heights, squeeze=False, layout="constrained"
+        )
+        top = axes[0, 0]
+        ends = []
+        for number, name in enumerate(joules):
+            colour = PALETTE[number % len(PALETTE)]
+            values = history[name] * factor
+            small = np.abs(history[name]).max() < 2e-3 * largest
+            top.plot(time, values, color=colour, lw=1.0 if small else 1.8, ls="--" if name == "external" else "-")
+            ends.append((float(values[-1]), name.replace("_", " "), colour))
+        top.set_ylabel(f"energy [{energy_unit}]")
+        top.set_title(title)
+        top.margins(x=0)
+        _direct_labels(top, ends, float(time[-1]))
+        if percents:
+            bottom = axes[1, 0]
+            bottom.axhline(0, color="#c3ccd3", lw=0.8)
+            ends = []
+            for name in percents:
+                label, colour = PERCENT[name]
+                bottom.plot(time, history[name], color=colour, lw=1.4)
+                ends.append((float(history[name][-1]), label, colour))
+            _direct_labels(bottom, ends, float(time[-1]))
+            bottom.set_ylabel("error [%]")
+        axes[-1, 0].set_xlabel(f"time [{unit}]")
+    return figure
+
+
+def crack_tip(run: RunFolder, title: str, name: str = "crack_tip") -> Figure:
+    """Speed of the tip against time with the Rayleigh speed and the plateau; above, how far it has come."""
+    history = run.history(name)
+    scale, unit = time_scale(float(history.time[-1]))
+    time, speed = history.time * scale, history["speed"]
+    summary = run.summary if (run.path / "summary.json").is_file() else {"quantities": {}}
+    plateau = summary["quantities"].get("tip_speed_plateau", {}).get("value")
+    cut = [shell for shell in run.scene.shells if shell.cuts]
+    shell = next((s for s in cut if name.endswith(s.name)), cut[0])
+    rayleigh = rayleigh_speed(shell.material)
+    with plt.rc_context(STYLE):
+        figure, (top, bottom) = plt.subplots(2, 1, sharex=True, figsize=(8.6, 5.6), height_ratios=[2, 1], layout="constrained")
+        right = float(time[-1])
+        top.plot(time, speed, color=PALETTE[0], lw=2)
+        top.axhline(rayleigh, color=PALETTE[1], lw=1.2, ls="--")
+        top.set_ylim(0, max(1.08 * rayleigh, 1.05 * float(speed.max())))
+        top.annotate(
+            f"Rayleigh speed {rayleigh:.0f} m/s", (float(time[0]), rayleigh), xytext=(4, -13), textcoords="offset points",
+            color=PALETTE[1], fontsize=9,
+        )  # fmt: skip
+        if plateau is not None:
+            top.axhline(plateau, color="#6b7680", lw=1.0, ls=":")
+            top.annotate(
+                f"plateau {plateau:.0f} m/s", (right, plateau), xytext=(6, 0), textcoords="offset points",
+                color="#4a545c", fontsize=9, va="center",
+            )  # fmt: skip
+        top.set_ylabel("speed of the tip [m/s]")
+        top.set_title(title)
+        bottom.plot(time, history["ahead"] * 1e3, color=PALETTE[0], lw=2)
+        bottom.set_ylabel("ahead of the cut [mm]")
+        bottom.set_xlabel(f"time [{unit}]")
+        bottom.set_ylim(bottom=0)
+        split = _bifurcation(run)
+        if split is not None:
+            for axes in (top, bottom):
+                axes.axvline(split * scale, color="#e0912f", lw=1.0)
+            bottom.annotate(
+                f"splits at {split * scale:.3g} {unit}", (split * scale, 0), xytext=(4, 6), textcoords="offset points",
+                color="#b06a12", fontsize=9,
+            )  # fmt: skip
+        top.margins(x=0)
+    return figure
+
+
+def _bifurcation(run: RunFolder) -> float | None:
+    from ..output.measures import measure
+
+    return measure("bifurcation_time", run)
