@@ -151,23 +151,25 @@ def bench(
     arch: ArchOption = "cpu",
     threads: ThreadsOption = None,
     precision: Annotated[Literal["f64", "f32"], typer.Option("--precision")] = "f64",
+    out: Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE", help="Keep the numbers as JSON.")] = None,
 ) -> None:
     """Measure node-steps per second, bytes per node-step, memory bandwidth and time to the first step."""
     from . import bench as measuring
 
-    measuring.main(tuple(nodes or ()), arch, threads, precision)
+    measuring.main(tuple(nodes or ()), arch, threads, precision, out)
 
 
 @app.command()
 def spectrum(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene with one plate.")] = "crack_branching",
+    set_: SetOption = None,
     cells: Annotated[int, typer.Option("--cells", min=4, max=40, help="Cells on a side of the square plate.")] = 12,
     count: Annotated[int, typer.Option("--count", min=1, help="How many modes are printed.")] = 12,
 ) -> None:
     """Compare the lowest in-plane frequencies of a free plate with the finite-element method's."""
     from . import spectrum as measuring
 
-    measuring.main(_scene(scene, None, None), cells, count)
+    measuring.main(_scene(scene, None, set_), cells, count)
 
 
 @app.command()

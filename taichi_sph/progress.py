@@ -93,7 +93,7 @@ class Progress:
 
 
 def progress_line(
-    t: float, duration: float, dt: float, rule: str, eta: float, energies: dict[str, float], status: dict[str, Any]
+    t: float, duration: float, dt: float, rule: str, eta: float | None, energies: dict[str, float], status: dict[str, Any]
 ) -> str:
     """'42 %  t 33.6 us  dt 104 ns (...)  energy error 0.012 %  37 broken  ETA 12 s'."""
     parts = [
@@ -105,4 +105,6 @@ def progress_line(
     ]
     if status.get("fragments"):
         parts.append(f"{status['fragments']} fragments")
-    return "  ".join([*parts, f"ETA {duration_text(eta)}"])
+    if eta is not None:
+        parts.append(f"ETA {duration_text(eta)}")
+    return "  ".join(parts)

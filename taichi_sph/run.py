@@ -276,7 +276,8 @@ class _Session:
             self._events()
             fraction = (sim.time - began_at) / max(duration - began_at, 1e-300)
             elapsed = clock.monotonic() - began
-            eta = elapsed * (1 / max(fraction, 1e-9) - 1) if fraction < 1 else 0.0
+            # the first steps load kernels: they tell nothing about the rest
+            eta = elapsed * (1 / fraction - 1) if fraction < 1 and elapsed > 1.0 else None
             self.progress.update(
                 progress_line(sim.time, duration, sim.dt, sim.dt_rule, eta, self.energies, sim.status()),
                 force=self._now >= duration,
@@ -366,9 +367,9 @@ def draw(out: Path, progress: Progress | None = None) -> list[Path]:
     if missing:
         (progress or Progress()).say(f"no pictures: {missing[0]} is missing; get it with: pip install 'taichi-sph[render]'")
         return []
-    from . import render
+    from .render import render_run
 
-    return render.draw(out)
+    return render_run(out, (progress or Progress()).say)
 
 
 def tell_plan(scene: Scene, p: Plan, progress: Progress) -> None:

@@ -1,0 +1,65 @@
+"""The finite elements that the spectrum is compared with, the benchmark's scene, speeds remembered."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from taichi_sph import speed
+from taichi_sph.bench import plate_scene, step_bytes
+from taichi_sph.model.mesh import plate
+from taichi_sph.model.plan import plan
+from taichi_sph.scene import Scene
+from taichi_sph.spectrum import _lowest, element_stiffness, square
+
+from ..scene.examples import GOOD
+
+
+@pytest.mark.parametrize("cells", ["triangle", "quad"])
+@pytest.mark.parametrize("irregularity", [0.0, 0.2])
+def test_elements_pass_the_patch_test(cells, irregularity):
+    mesh = plate(1.0, 0.7, 0.1, cells, irregularity, seed=3)
+    K = element_stiffness(mesh, 200.0, 0.3, 0.1)
+    x, y = mesh.points[:, 0], mesh.points[:, 1]
+    inner = (x > 0) & (x < 1) & (y > 0) & (y < 0.7)
+    for field in ((1 + 0 * x, 0 * x), (-y, x)):  # rigid
+        assert np.abs(K @ np.column_stack(field).ravel()).max() < 1e-12 * abs(K).max()
+    u = np.column_stack([0.1 * x + 0.3 * y, 0.2 * y - 0.1 * x])
+    assert np.abs((K @ u.ravel()).reshape(-1, 2)[inner]).max() < 1e-12 * abs(K).max()
+    # 1/2 u K u = 1/2 sigma : eps A e, worked out by hand
+    eps = np.array([0.1, 0.2, 0.2])
+    C = 200 / (1 - 0.09) * np.array([[1, 0.3, 0], [0.3, 1, 0], [0, 0, 0.35]])
+    assert u.ravel() @ (K @ u.ravel()) == pytest.approx(eps @ C @ eps * 0.7 * 0.1, rel=1e-12)
+
+
+def test_the_lowest_frequency_of_a_long_bar():
+    """Free bar: f = c / 2L; plane stress with nu = 0 is exactly one-dimensional."""
+    mesh = plate(1.0, 0.02, 0.02, "quad")
+    K = element_stiffness(mesh, 1e9, 0.0, 0.1)
+    found = _lowest(K, mesh.node_areas * 0.1 * 1000, 30)
+    c = np.sqrt(1e9 / 1000)
+    assert np.abs(found - c / 2).min() < 1e-3 * c / 2
+
+
+def test_square_has_no_loads():
+    plain = square(Scene.model_validate(GOOD), 10)
+    assert plan(plain).nodes == 121 and not plain.forces and not plain.motions and not plain.shells[0].cuts
+
+
+def test_bench_scene_has_the_size_asked_for():
+    for nodes in (1000, 17_200):
+        assert plan(plate_scene(nodes)).nodes == pytest.approx(nodes, rel=0.1)
+    assert step_bytes({"galerkin.coef": 10, "galerkin.at": 100, "nodes.u": 5}) == 20
+
+
+def test_speeds_are_remembered_and_forgiven():
+    scene = Scene.model_validate(GOOD)
+    assert speed.recall(scene, "cpu") == speed.ASSUMED
+    speed.remember(scene, "cpu", 3e6)
+    assert speed.recall(scene, "cpu") == 3e6 and speed.recall(scene, "cuda") == speed.ASSUMED
+    path = speed.cache_folder() / "speed.json"
+    for text in ("", "[]", '{"cpu galerkin f64": "fast"}', json.dumps({"cpu galerkin f64": None})):
+        path.write_text(text)
+        assert speed.recall(scene, "cpu") == speed.ASSUMED
