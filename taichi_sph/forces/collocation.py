@@ -68,6 +68,9 @@ class Collocation:
         self.n1 = runtime.new("cells.n1", cells.n, nodes.dim)  # N/m
         self.n2 = runtime.new("cells.n2", cells.n, nodes.dim)
         runtime.put(self.area, mesh.node_areas)
+        runtime.put(cells.area, mesh.areas)
+        runtime.put(cells.a1, np.ascontiguousarray(mesh.frames[:, 0, : nodes.dim]))
+        runtime.put(cells.a2, np.ascontiguousarray(mesh.frames[:, 1, : nodes.dim]))
         edge = np.zeros(nodes.n, np.int32)
         edge[mesh.edges.nodes[mesh.edges.sides[:, 1] < 0]] = 1
         runtime.put(self.divergence.own, edge)
@@ -115,7 +118,7 @@ def _stress(term: ti.template(), s, dt, intact, tally):
         u = term.nodes.u[term.strains.source[k]]
         u1 += term.strains.coef[k][0] * u
         u2 += term.strains.coef[k][1] * u
-    n1, n2 = resultants(term.cells, term.material, s, u1, u2, dt, intact, tally)
+    n1, n2, _m1, _m2, _q = resultants(term.cells, term.material, s, u1, u2, u1, u2, u1, dt, intact, tally)
     term.n1[s] = n1
     term.n2[s] = n2
 

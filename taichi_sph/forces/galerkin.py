@@ -1,20 +1,27 @@
 """Internal forces of the shell, galerkin form: the exact transpose of the strain operator.
 
     edge mean       u_e   = sum_j Phi_ej u_j              Phi_e: mean of order-2 MLS over the edge (2 Gauss points)
-    cell gradient   u_,a  = 1/A sum_e nl_a u_e            nl: outward normal times length of the cell's side
-    stress          n^a   = stress.resultants(u_,a)
-    edge force      f_e   = -sum_s nl_a n^a               over the one or two cells s that the edge bounds
+    cell gradient   u_,a  = sum_e g_ea u_e                Green's formula over the sides: g = normal x length / area
+    cell mean       d_s   = sum_e w_e d_e                 w: share of the side's triangle with the centroid
+    stress          stress.resultants -> n^a, m^a, q
+    edge force      f_e   = -A sum_s g_ea n^a             over the one or two cells s that the edge bounds;
+                            on the director -A sum_s (g_ea m^a + w_e q)
     node force      f_i   = sum_e Phi_ei f_e
 
 Neighbouring cells share their edge means, so the internal forces of a constant stress cancel to rounding
 wherever the nodes are (patch test), forces and moments sum to zero, and free edges are natural.
 
-What the cells cannot see is held by one residual per node, against its own order-2 fit:
+What the cells cannot see is held by one residual per node, against its own order-2 fit in its tangent plane:
 
-    r_i = u_i - sum_j Phi_j(X_i) u_j,     energy 1/2 k_i |r_i|^2,     k_i = gamma K e A_i / D_i^2 (1 - D_r around i)
+    r_i = u_i - sum_j Phi_j u_j - c_i d_i,    energy 1/2 (k_t |r|^2 + (k_n - k_t) (r . n)^2),
+    k_t = gamma E e/(1-nu^2) A_i/D_i^2,  k_n = gamma G_s A_i/D_i^2,  both times (1 - D_r) around i
 
-K = E / (1 - nu^2). Quadratic fields feel nothing, and it too derives from an energy. Edges and residuals are
-rows of the same sparse operator, so the step gathers twice over the nodes and never scatters.
+and the same for d with the bending stiffness. c_i is what the fit leaves of the reference surface itself (along
+N_i; zero where flat): it turns with the director, so a rigid motion feels nothing. Quadratic fields feel nothing
+either. Edges and residuals are rows of one sparse operator: the step gathers twice and never scatters.
+
+Transverse shear is bounded in thin shells, G_s = k G e / (1 + alpha (D/e)^2) with k = 5/6: the error is O(D^2),
+of the order of the discretisation itself, and nothing changes where e > D (docs/method.md).
 """
 
 import numpy as np
@@ -31,10 +38,11 @@ GAUSS = 0.5 / np.sqrt(3.0)
 
 @ti.data_oriented
 class Galerkin:
-    """The term. `force` overwrites nodes.force; `links` are touched by rupture."""
+    """The term. `force` overwrites nodes.force (and nodes.couple); `links` are touched by rupture."""
 
     def __init__(self, mesh: SurfaceMesh, nodes: Nodes, cells: Cells, material: MaterialPool, settings):
         self.nodes, self.cells, self.material = nodes, cells, material
+        self.bends = nodes.bends
         edges = mesh.edges
         self.n_edges = len(edges.nodes)
         a, b = mesh.points[edges.nodes[:, 0]], mesh.points[edges.nodes[:, 1]]
@@ -65,18 +73,81 @@ class Galerkin:
         self.edge_u = runtime.new("edges.u", self.n_edges, nodes.dim)  # m, mean displacement
         self.row_force = runtime.new("galerkin.row_force", self.n_edges + n, nodes.dim)  # N
         self.side_force = runtime.new("cells.side_force", 4 * cells.n, nodes.dim)  # N
-        self.side = runtime.new("cells.side", 4 * cells.n, 2)  # m, nl in the cell's frame
-        runtime.put(self.side, _sides(mesh))
-        self.stiffness = runtime.new("galerkin.k", n)  # N/m, k_i of sound material
+        self.side = runtime.new("cells.side", 4 * cells.n, 2)  # 1/m, g: gradient coefficients of the sides
+        self.stiffness = runtime.new("galerkin.k", n)  # N/m, k_t of sound material
         self.integrity = runtime.new("galerkin.integrity", n)  # 1 - D_r around the node
         self.residual = runtime.new("galerkin.residual", n)  # J, energy of the residuals
         self.residual_lost = runtime.new("galerkin.residual_lost", n)  # J, taken from it by damage
-        K = material.young[0] / (1.0 - material.poisson[0] ** 2)
-        runtime.put(
-            self.stiffness, settings.stabilisation * K * material.thickness[0] * mesh.node_areas / local**2
-        )
+        e, young, nu = material.thickness[0], material.young[0], material.poisson[0]
+        membrane = young * e / (1.0 - nu**2)
+        scale = settings.stabilisation * mesh.node_areas / local**2
+        runtime.put(self.stiffness, membrane * scale)
         runtime.put(self.integrity, np.ones(n))
+        if self.bends:
+            self.edge_d = runtime.new("edges.d", self.n_edges, 3)  # mean director change
+            self.row_couple = runtime.new("galerkin.row_couple", self.n_edges + n, 3)  # N m
+            self.side_couple = runtime.new("cells.side_couple", 4 * cells.n, 3)  # N m
+            self.share = runtime.new("cells.share", 4 * cells.n)  # w: weights of the sides in the cell's mean
+            self.own_couple = runtime.new("galerkin.own_couple", n, 3)  # N m, of a residual on its own director
+            self.stiffness_n = runtime.new("galerkin.k_n", n)  # N/m
+            self.stiffness_d = runtime.new("galerkin.k_d", n)  # N m
+            self.left = runtime.new("galerkin.left", n)  # m, c_i: what the fit leaves of the surface
+            self.left_d = runtime.new("galerkin.left_d", n)  # the same of the field of directors
+            kGe = 5.0 / 6.0 * young * e / (2.0 * (1.0 + nu))
+            bound = settings.shear_bound
+            corner = np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)
+            runtime.put(cells.shear, kGe / (1.0 + bound * (local[corner].mean(axis=1) / e) ** 2))
+            runtime.put(self.stiffness_n, scale * kGe / (1.0 + bound * (local / e) ** 2))
+            runtime.put(self.stiffness_d, scale * membrane * e**2 / 12.0)
         self.rows.renew_all()
+        self._reference(mesh)
+
+    def _reference(self, mesh: SurfaceMesh) -> None:
+        """Tangents, areas, directors and side coefficients of the reference, by the operator itself."""
+        sides, areas = _sides(mesh)
+        X = mesh.points - mesh.points.mean(axis=0)
+        edge_X = self._row_values(X)
+        tangents = _cell_sums(sides, mesh, edge_X)  # (M, 2, 3)
+        # a curved surface is not met exactly by its edge means: rescale so that the tangents are orthonormal
+        metric = np.einsum("mai,mbi->mab", tangents, tangents)
+        values, vectors = np.linalg.eigh(metric)
+        root = np.einsum("mak,mk,mbk->mab", vectors, values**-0.5, vectors)
+        sides = np.einsum("mab,mkb->mka", root, sides)
+        tangents = np.einsum("mab,mbi->mai", root, tangents)
+        areas = areas * np.sqrt(values.prod(axis=1))
+        dim = self.nodes.dim
+        runtime.put(self.side, sides.reshape(-1, 2))
+        runtime.put(self.cells.area, areas)
+        runtime.put(self.cells.a1, np.ascontiguousarray(tangents[:, 0, :dim]))
+        runtime.put(self.cells.a2, np.ascontiguousarray(tangents[:, 1, :dim]))
+        if self.bends:
+            shares = _shares(mesh)
+            runtime.put(self.share, shares.reshape(-1))
+            N = mesh.node_normals
+            edge_N = self._row_values(N)
+            slopes = _cell_sums(sides, mesh, edge_N)
+            runtime.put(self.cells.director, _cell_sums(shares[:, :, None], mesh, edge_N)[:, 0])
+            runtime.put(self.cells.director_1, np.ascontiguousarray(slopes[:, 0]))
+            runtime.put(self.cells.director_2, np.ascontiguousarray(slopes[:, 1]))
+            self._renew_left(mesh)
+
+    def _renew_left(self, mesh: SurfaceMesh) -> None:
+        """c_i of every node."""
+        N = mesh.node_normals
+        left = self._row_values(mesh.points - mesh.points.mean(axis=0))[self.n_edges :]
+        left_d = self._row_values(N)[self.n_edges :]
+        runtime.put(self.left, np.einsum("ni,ni->n", left, N))
+        runtime.put(self.left_d, np.einsum("ni,ni->n", left_d, N))
+
+    def _row_values(self, of_node: np.ndarray) -> np.ndarray:
+        """(N, 3) -> (R, 3): the rows applied to a field of the nodes."""
+        import scipy.sparse
+
+        rows = self.rows
+        start = runtime.get(rows.start, rows.n + 1)
+        shape = (rows.n, self.nodes.n)
+        coef = runtime.get(rows.coef, rows.pairs).astype(np.float64)
+        return scipy.sparse.csr_matrix((coef, runtime.get(rows.source, rows.pairs), start), shape) @ of_node
 
     def strain(self, dt: float, intact: int = 0) -> None:
         """Edge means, residual forces, stresses and side forces; advances damage over dt."""
@@ -88,15 +159,15 @@ class Galerkin:
         _edge_forces(self, self.n_edges)
         _node_forces(self, self.nodes.n)
 
+    def drop(self, n_new: int) -> None:
+        """The cells on the list `new` pull no more."""
+        _drop(self, n_new)
+
     def restrain(self, links: Links, n_touched: int) -> None:
         """After the touched rows were renewed: their values, and the stress of the cells they bound."""
         _row_values_touched(self, self.n_edges, n_touched)
         _break_blind(self.rows, self.cells, self.n_edges, n_touched)
         _cell_forces_touched(self, n_touched, self.n_edges)
-
-    def drop(self, n_new: int) -> None:
-        """The cells on the list `new` pull no more."""
-        _drop(self, n_new)
 
     def stored(self, reducer) -> float:
         """Energy in the residuals [J]."""
@@ -120,32 +191,78 @@ class Galerkin:
         self.rows.restore(state)
 
 
-def _sides(mesh: SurfaceMesh) -> np.ndarray:
-    """(4 M, 2) outward normal times length of every side, in the frame of its cell; 0 where there is none."""
+def _ends(mesh: SurfaceMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(M, 4) bool where there is a side, (M, 4, 2) its two ends in the plane of the cell, from its centre."""
     last = mesh.corners[:, None] - 1
     k = np.arange(4)[None, :]
     following = np.take_along_axis(mesh.cells, np.where(k == last, 0, np.minimum(k + 1, 3)), axis=1)
-    along = mesh.points[following] - mesh.points[mesh.cells]
-    t1, t2 = mesh.frames[:, 0], mesh.frames[:, 1]
-    normal = np.stack([np.einsum("mki,mi->mk", along, t2), -np.einsum("mki,mi->mk", along, t1)], axis=2)
-    return np.where((k <= last)[:, :, None], normal, 0.0).reshape(-1, 2)
+    frame = mesh.frames[:, :2]
+    first = np.einsum("mki,mai->mka", mesh.points[mesh.cells] - mesh.centres[:, None], frame)
+    second = np.einsum("mki,mai->mka", mesh.points[following] - mesh.centres[:, None], frame)
+    return k <= last, first, second
+
+
+def _sides(mesh: SurfaceMesh) -> tuple[np.ndarray, np.ndarray]:
+    """(M, 4, 2) outward normal times length over area of every side, in the frame of its cell; (M,) areas."""
+    there, first, second = _ends(mesh)
+    along = second - first
+    normal = np.stack([along[..., 1], -along[..., 0]], axis=2) / mesh.areas[:, None, None]
+    return np.where(there[:, :, None], normal, 0.0), mesh.areas
+
+
+def _shares(mesh: SurfaceMesh) -> np.ndarray:
+    """(M, 4) area of the triangle of each side with the centroid of its cell, over the cell's area."""
+    there, first, second = _ends(mesh)
+    cross = np.where(there, first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0], 0.0)
+    weight = np.where(there, cross, 0.0)[..., None]
+    centroid = ((first + second) * weight).sum(axis=1) / (3.0 * cross.sum(axis=1))[:, None]
+    a, b = first - centroid[:, None], second - centroid[:, None]
+    triangle = np.where(there, a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0], 0.0)
+    return triangle / triangle.sum(axis=1)[:, None]
+
+
+def _cell_sums(coefficients: np.ndarray, mesh: SurfaceMesh, of_row: np.ndarray) -> np.ndarray:
+    """(M, 4, c) side coefficients and (R, 3) edge values -> (M, c, 3)."""
+    edge = np.where(mesh.edges.cell_edges < 0, 0, mesh.edges.cell_edges)
+    return np.einsum("mkc,mki->mci", coefficients, of_row[edge])
 
 
 @ti.func
-def _row_sum(rows: ti.template(), u: ti.template(), r):
-    """sum_j coef_rj u_j."""
-    total = u[0] * 0.0
-    for k in range(rows.start[r], rows.start[r + 1]):
-        total += rows.coef[k] * u[rows.source[k]]
-    return total
+def _row_sums(term: ti.template(), r):
+    """sum_j coef_rj u_j, and the same of d where there are directors."""
+    u = term.nodes.u[0] * 0.0
+    d = u
+    for k in range(term.rows.start[r], term.rows.start[r + 1]):
+        c = term.rows.coef[k]
+        j = term.rows.source[k]
+        u += c * term.nodes.u[j]
+        if ti.static(term.bends):
+            d += c * term.nodes.d[j]
+    return u, d
 
 
 @ti.func
 def _residual(term: ti.template(), i, r, intact, charge):
-    """Residual force of node i, whose stiffness follows the damage of the cells around it."""
-    rest = _row_sum(term.rows, term.nodes.u, r)
+    """Residual forces of node i, whose stiffness follows the damage of the cells around it."""
+    rest, rest_d = _row_sums(term, r)
     k = term.stiffness[i]
-    kept = k
+    pull = k * rest
+    pull_d = rest_d
+    own = rest_d
+    if ti.static(term.bends):
+        d = term.nodes.d[i]
+        n = term.nodes.N[i] + d
+        c, c_d = term.left[i], term.left_d[i]
+        rest -= c * d
+        rest_d -= c_d * d
+        across = (term.stiffness_n[i] - k) * rest.dot(n)
+        pull = k * rest + across * n
+        pull_d = term.stiffness_d[i] * rest_d
+        own = c * pull - across * rest + c_d * pull_d
+    energy = 0.5 * rest.dot(pull)
+    if ti.static(term.bends):
+        energy += 0.5 * rest_d.dot(pull_d)
+    kept = energy * 0.0 + 1.0
     if ti.static(term.material.damages):
         if intact == 0:
             before = term.integrity[i]
@@ -159,38 +276,58 @@ def _residual(term: ti.template(), i, r, intact, charge):
             if after < before:
                 term.integrity[i] = after
                 if charge == 1:
-                    term.residual_lost[i] += 0.5 * k * (before - after) * rest.dot(rest)
-            kept = k * after
+                    term.residual_lost[i] += (before - after) * energy
+            kept = after
     if intact == 0:
-        term.residual[i] = 0.5 * kept * rest.dot(rest)
-    term.row_force[r] = -kept * rest
+        term.residual[i] = kept * energy
+    term.row_force[r] = -kept * pull
+    if ti.static(term.bends):
+        term.row_couple[r] = -kept * pull_d
+        term.own_couple[i] = kept * own
+
+
+@ti.func
+def _row(term: ti.template(), r, n_edges, intact, charge):
+    if r < n_edges:
+        u, d = _row_sums(term, r)
+        term.edge_u[r] = u
+        if ti.static(term.bends):
+            term.edge_d[r] = d
+    else:
+        _residual(term, r - n_edges, r, intact, charge)
 
 
 @ti.kernel
 def _row_values(term: ti.template(), n_edges: ti.i32, n_rows: ti.i32, intact: ti.i32):
     for r in range(n_rows):
-        if r < n_edges:
-            term.edge_u[r] = _row_sum(term.rows, term.nodes.u, r)
-        else:
-            _residual(term, r - n_edges, r, intact, 1)
+        _row(term, r, n_edges, intact, 1)
 
 
 @ti.func
 def _cell(term: ti.template(), s, dt, intact, tally):
-    """Gradient, stress and side forces of cell s."""
+    """Gradients, stress and side forces of cell s."""
     u1 = term.edge_u[0] * 0.0
-    u2 = u1
+    u2, d1, d2, d = u1, u1, u1, u1
     n = term.cells.n_corners[s]
-    area = term.cells.volume[s] / term.material.thickness[0]
     for k in range(n):
-        mean = term.edge_u[term.cells.edge[s][k]]
-        nl = term.side[4 * s + k]
-        u1 += nl[0] * mean
-        u2 += nl[1] * mean
-    n1, n2 = resultants(term.cells, term.material, s, u1 / area, u2 / area, dt, intact, tally)
+        edge = term.cells.edge[s][k]
+        g = term.side[4 * s + k]
+        mean = term.edge_u[edge]
+        u1 += g[0] * mean
+        u2 += g[1] * mean
+        if ti.static(term.bends):
+            turn = term.edge_d[edge]
+            d1 += g[0] * turn
+            d2 += g[1] * turn
+            d += term.share[4 * s + k] * turn
+    n1, n2, m1, m2, q = resultants(term.cells, term.material, s, u1, u2, d1, d2, d, dt, intact, tally)
+    area = term.cells.area[s]
     for k in range(n):
-        nl = term.side[4 * s + k]
-        term.side_force[4 * s + k] = -(nl[0] * n1 + nl[1] * n2)
+        g = area * term.side[4 * s + k]
+        term.side_force[4 * s + k] = -(g[0] * n1 + g[1] * n2)
+        if ti.static(term.bends):
+            w = area * term.share[4 * s + k]
+            term.side_couple[4 * s + k] = -(g[0] * m1 + g[1] * m2 + w * q)
 
 
 @ti.kernel
@@ -203,31 +340,41 @@ def _cell_forces(term: ti.template(), n: ti.i32, dt: float, intact: ti.i32):
 @ti.kernel
 def _edge_forces(term: ti.template(), n_edges: ti.i32):
     for r in range(n_edges):
-        total = term.row_force[r] * 0.0
+        force = term.row_force[r] * 0.0
+        couple = force
         for k in ti.static(range(2)):
             side = term.cells.sides[r][k]
             if side >= 0:
-                total += term.side_force[side]
-        term.row_force[r] = total
+                force += term.side_force[side]
+                if ti.static(term.bends):
+                    couple += term.side_couple[side]
+        term.row_force[r] = force
+        if ti.static(term.bends):
+            term.row_couple[r] = couple
 
 
 @ti.kernel
 def _node_forces(term: ti.template(), n: ti.i32):
     for i in range(n):
-        total = term.nodes.force[i] * 0.0
+        force = term.nodes.force[i] * 0.0
+        couple = force
+        if ti.static(term.bends):
+            couple += term.own_couple[i]
         for k in range(term.rows.t_start[i], term.rows.t_start[i + 1]):
-            total += term.rows.t_coef[k] * term.row_force[term.rows.t_row[k]]
-        term.nodes.force[i] = total
+            c = term.rows.t_coef[k]
+            r = term.rows.t_row[k]
+            force += c * term.row_force[r]
+            if ti.static(term.bends):
+                couple += c * term.row_couple[r]
+        term.nodes.force[i] = force
+        if ti.static(term.bends):
+            term.nodes.couple[i] = couple
 
 
 @ti.kernel
 def _row_values_touched(term: ti.template(), n_edges: ti.i32, n_touched: ti.i32):
     for m in range(n_touched):
-        r = term.rows.touched[m]
-        if r < n_edges:
-            term.edge_u[r] = _row_sum(term.rows, term.nodes.u, r)
-        else:
-            _residual(term, r - n_edges, r, 0, 0)
+        _row(term, term.rows.touched[m], n_edges, 0, 0)
 
 
 @ti.kernel
@@ -248,7 +395,10 @@ def _cell_forces_touched(term: ti.template(), n_touched: ti.i32, n_edges: ti.i32
 def _drop(term: ti.template(), n_new: ti.i32):
     for m in range(n_new):
         for k in range(4):
-            term.side_force[4 * term.cells.new[m] + k] *= 0.0
+            side = 4 * term.cells.new[m] + k
+            term.side_force[side] *= 0.0
+            if ti.static(term.bends):
+                term.side_couple[side] *= 0.0
 
 
 @ti.kernel

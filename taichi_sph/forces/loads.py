@@ -13,7 +13,8 @@ class Loads:
 
     def __init__(self, nodes: Nodes, forces, motions):
         """forces: list of (node numbers, (n, dim) forces [N], rise [s]);
-        motions: list of (node numbers, (dim,) mask, (dim,) velocity [m/s], rise [s]). rise 0 = step."""
+        motions: list of (node numbers, (dim,) mask, (dim,) velocity [m/s], (3,) mask, (3,) spin [rad/s], rise [s]);
+        the second pair counts for a shell that bends. rise 0 = step."""
         self.nodes = nodes
         dim = nodes.dim
         self.n_entries = sum(len(i) for i, _, _ in forces)
@@ -36,8 +37,16 @@ class Loads:
             self.mask = runtime.new("motion.mask", len(motions), dim, "i32")
             self.velocity = runtime.new("motion.velocity", len(motions), dim)
             self.rise = runtime.new("motion.rise", len(motions))
-            for m, (i, mask, velocity, rise) in enumerate(motions):
+            if nodes.bends:
+                self.spin_mask = runtime.new("motion.spin_mask", len(motions), 3, "i32")
+                self.spin = runtime.new("motion.spin", len(motions), 3)
+                self.ahead_spin = runtime.new("loads.ahead_spin", nodes.n)
+            for m, (i, mask, velocity, spin_mask, spin, rise) in enumerate(motions):
                 fixed[i] = m + 1
+                if nodes.bends:
+                    for c in range(3):
+                        self.spin_mask[m][c] = int(spin_mask[c])
+                        self.spin[m][c] = float(spin[c])
                 for c in range(dim):
                     self.mask[m][c] = int(mask[c])
                     self.velocity[m][c] = float(velocity[c])

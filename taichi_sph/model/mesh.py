@@ -16,11 +16,13 @@ from ..errors import SceneError
 
 @dataclass(frozen=True)
 class SurfaceMesh:
-    """points (N, 3) [m]; cells (M, 4) int32, a triangle has -1 in its last column; spacing D [m]."""
+    """points (N, 3) [m]; cells (M, 4) int32, a triangle has -1 in its last column; spacing D [m];
+    normals (N, 3) unit, where the generator knows them exactly."""
 
     points: np.ndarray
     cells: np.ndarray
     spacing: float
+    normals: np.ndarray | None = None
 
     @cached_property
     def corners(self) -> np.ndarray:
@@ -84,7 +86,9 @@ class SurfaceMesh:
 
     @cached_property
     def node_normals(self) -> np.ndarray:
-        """(N, 3) unit normals, area-weighted over the cells around a node."""
+        """(N, 3) unit normals: the generator's, or area-weighted over the cells around a node."""
+        if self.normals is not None:
+            return self.normals
         normal = np.zeros_like(self.points)
         for corner in range(4):
             has = self.cells[:, corner] >= 0

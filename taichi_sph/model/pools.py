@@ -1,7 +1,8 @@
 """The pools: what exists during a run, one data-only class per kind. Shapes and units beside each field.
 
-`dim` is the number of displacement components: 2 for a shell that stays in its plane. It is a constant
-of the run, so the same kernels serve every dim.
+`dim` is the number of displacement components: 2 for a shell that stays in its plane, 3 for one that bends
+(`bends`), which also has a director at each node. Both are constants of the run, so the same kernels serve both
+and a flat scene allocates and compiles nothing of bending.
 """
 
 import numpy as np
@@ -13,11 +14,13 @@ from .mesh import SurfaceMesh
 
 @ti.data_oriented
 class Nodes:
-    """Shell nodes: mass and motion. State: u, v (half step), work; constant: the rest."""
+    """Shell nodes: mass and motion. State: u, v (half step), d, omega (half step); constant: the rest."""
 
-    def __init__(self, mesh: SurfaceMesh, mass: np.ndarray, dim: int):
+    def __init__(self, mesh: SurfaceMesh, mass: np.ndarray, inertia: np.ndarray | None = None):
+        """mass (N,) [kg]; inertia (N,) [kg m2] of the director, None for a shell that stays in its plane."""
         self.n = n = len(mesh.points)
-        self.dim = dim
+        self.bends = inertia is not None
+        self.dim = dim = 3 if self.bends else 2
         self.X = runtime.new("nodes.X", n, 3, "f64")  # m, reference position
         self.mass = runtime.new("nodes.mass", n)  # kg
         self.u = runtime.new("nodes.u", n, dim)  # m, displacement
@@ -28,13 +31,25 @@ class Nodes:
         self.fixed = runtime.new("nodes.fixed", n, dtype="i32")  # prescribed motion + 1, 0 = free
         runtime.put(self.X, mesh.points)
         runtime.put(self.mass, mass)
+        if self.bends:
+            self.N = runtime.new("nodes.N", n, 3)  # reference director, unit
+            self.d = runtime.new("nodes.d", n, 3)  # director now minus N
+            self.omega = runtime.new("nodes.omega", n, 3)  # rad/s, across the director, at the half step before
+            self.couple = runtime.new("nodes.couple", n, 3)  # N m, force on the director
+            self.inertia = runtime.new("nodes.inertia", n)  # kg m2
+            runtime.put(self.N, mesh.node_normals)
+            runtime.put(self.inertia, inertia)
 
 
 @ti.data_oriented
 class Cells:
-    """Stress points, one per cell: geometry (constant), damage and energy (state)."""
+    """Stress points, one per cell: geometry (constant), damage and energy (state).
 
-    def __init__(self, mesh: SurfaceMesh, thickness: float, nodes: Nodes):
+    Tangents, area and director of the reference are filled by the formulation, from its own operator: then a
+    rigid motion strains nothing, to rounding.
+    """
+
+    def __init__(self, mesh: SurfaceMesh, nodes: Nodes):
         self.n = n = len(mesh.cells)
         self.nodes_X = nodes.X
         self.n_corners = runtime.new("cells.n_corners", n, dtype="i32")
@@ -45,12 +60,20 @@ class Cells:
         self.t1 = runtime.new("cells.t1", n, 3, "f64")  # tangent frame, reference
         self.t2 = runtime.new("cells.t2", n, 3, "f64")
         self.radius = runtime.new("cells.radius", n, dtype="f64")  # m, farthest corner from the centre
-        self.volume = runtime.new("cells.volume", n)  # m3, area times thickness
+        self.area = runtime.new("cells.area", n)  # m2
+        self.a1 = runtime.new("cells.a1", n, nodes.dim)  # X_,1 and X_,2 of the reference, orthonormal
+        self.a2 = runtime.new("cells.a2", n, nodes.dim)
         self.broken = runtime.new("cells.broken", n, dtype="i32")
         self.rupture_time = runtime.new("cells.rupture_time", n, dtype="f64")  # s
         self.damage = runtime.new("cells.damage", n)  # D, as the law alone would have it
         self.delayed = runtime.new("cells.delayed", n)  # D_r <= D, what the stress feels (T 2.73)
-        self.strain = runtime.new("cells.strain", n, 3)  # E11, E22, E12 in the frame of the cell
+        # E11, E22, 2 E12 (kappa11, kappa22, 2 kappa12, gamma1, gamma2) in the frame of the cell
+        self.strain = runtime.new("cells.strain", n, 8 if nodes.bends else 3)
+        if nodes.bends:
+            self.director = runtime.new("cells.director", n, 3)  # mean of N over the cell
+            self.director_1 = runtime.new("cells.director_1", n, 3)  # 1/m, N_,1 and N_,2
+            self.director_2 = runtime.new("cells.director_2", n, 3)
+            self.shear = runtime.new("cells.shear", n)  # N/m, G_s: transverse shear stiffness
         self.lost = runtime.new("cells.lost", n)  # J, taken by damage so far
         self.new = runtime.new("cells.new", n, dtype="i32")  # cells that break in this step
         self.n_new = runtime.new("cells.n_new", 1, dtype="i32")
@@ -68,7 +91,6 @@ class Cells:
             mesh.points[np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)] - mesh.centres[:, None], axis=2
         )
         runtime.put(self.radius, spokes.max(axis=1))
-        runtime.put(self.volume, mesh.areas * thickness)
         runtime.put(self.rupture_time, np.full(n, np.nan))
         node = mesh.cells.ravel()
         cell = np.repeat(np.arange(n), 4)[node >= 0]
@@ -98,7 +120,8 @@ class MaterialPool:
     for is not compiled.
     """
 
-    def __init__(self, material, thickness: float):
+    def __init__(self, material, thickness: float, bends: bool):
+        self.bends = bends
         self.damages = material.damage is not None
         self.delays = material.delay is not None
         self.breaks = material.critical_damage is not None

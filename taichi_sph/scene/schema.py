@@ -115,14 +115,15 @@ class Cut(Frozen):
 class Shell(Frozen):
     """A thin body: mid-surface, thickness, material, cuts present at t = 0.
 
-    `motion` = "in_plane": the mid-surface stays in its plane (plane stress, two degrees of freedom).
+    `motion` = "in_plane": the mid-surface stays in its plane (plane stress, two degrees of freedom);
+    "free": it bends and turns as it likes (Mindlin-Reissner, five degrees of freedom).
     """
 
     name: Name
     surface: Surface
     thickness: Annotated[Length, Field(gt=0)]
     material: Material
-    motion: Literal["in_plane"] = "in_plane"
+    motion: Literal["in_plane", "free"] = "in_plane"
     cuts: tuple[Cut, ...] = ()
 
     @model_validator(mode="after")
@@ -192,6 +193,7 @@ class PrescribedVelocity(Frozen):
     shell: str
     where: Region
     velocity: tuple[Speed | None, Speed | None, Speed | None]
+    spin: tuple[Dimensionless | None, Dimensionless | None, Dimensionless | None] = (None, None, None)  # rad/s
     history: History = Step()
 
     @model_validator(mode="after")
@@ -234,6 +236,7 @@ class Galerkin(Frozen):
     kind: Literal["galerkin"] = "galerkin"
     support: Annotated[Dimensionless, Field(ge=1.0, le=2.0)] = 1.2  # h / D
     stabilisation: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.2  # gamma
+    shear_bound: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.1  # alpha: kGe / (1 + alpha (D/e)^2)
 
 
 class Collocation(Frozen):
@@ -258,6 +261,7 @@ class Numerics(Frozen):
     formulation: Formulation = Galerkin()
     precision: Literal["f32", "f64"] = "f64"
     time_step_safety: Annotated[Dimensionless, Field(gt=0, le=1)] = 0.9
+    raised_inertia: StrictBool = True  # rotary inertia raised so that turning does not rule the step
 
 
 class Output(Frozen):

@@ -70,5 +70,5 @@ def _elastic(partial: ti.template(), cells: ti.template(), material: ti.template
         s = ti.cast(0.0, ti.f64)
         for c in range(b * BLOCK, ti.min(n, (b + 1) * BLOCK)):
             if cells.broken[c] == 0:
-                s += ti.cast(energy_density(cells, material, c) * cells.volume[c], ti.f64)
+                s += ti.cast(energy_density(cells, material, c) * cells.area[c], ti.f64)
         partial[b] = s

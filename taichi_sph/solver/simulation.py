@@ -175,6 +175,10 @@ class Simulation:
             "cells.strain": (cells.strain, cells.n),
             "cells.lost": (cells.lost, cells.n),
         }
+        if nodes.bends:
+            fields |= {"nodes.d": (nodes.d, nodes.n), "nodes.omega": (nodes.omega, nodes.n)}
+        if self.loads.moves and nodes.bends:
+            fields |= {"loads.ahead_spin": (self.loads.ahead_spin, nodes.n)}
         if self.loads.acts:
             fields |= {"loads.work": (self.loads.work, nodes.n), "loads.ahead": (self.loads.ahead, nodes.n)}
         return fields

@@ -57,29 +57,67 @@ class StableStep:
         self.events, self.looked = (int(k) for k in state["stable.seen"])
 
 
-def largest_frequency(sim, iterations: int = 40, start: np.ndarray | None = None) -> tuple[float, np.ndarray]:
-    """(omega_max [rad/s] with its error bound added, Ritz vector in mass-weighted displacements)."""
-    nodes = sim.nodes
-    n = nodes.n
-    u0 = runtime.get(nodes.u, n)
-    root = np.sqrt(runtime.get(nodes.mass, n).astype(np.float64))[:, None]
-    scale = STRAIN[sim.scene.numerics.precision] * sim.spacing
-    real = u0.dtype
+class Operator:
+    """M^-1/2 K M^-1/2 about the reference state, applied to mass-weighted unknowns of shape `shape`.
 
-    def apply(y: np.ndarray) -> np.ndarray:
-        """M^-1/2 K M^-1/2 y about the reference state."""
-        w = y / root
-        size = scale / max(np.abs(w).max(), 1e-300)
-        runtime.put(nodes.u, (size * w).astype(real))
+    Columns: displacement components, then (where the shell bends) those of the director change, whose part
+    along the director is projected out. `close` puts the displacements back.
+    """
+
+    def __init__(self, sim):
+        self.sim = sim
+        nodes, n = sim.nodes, sim.nodes.n
+        self.u0 = runtime.get(nodes.u, n)
+        self.real = self.u0.dtype
+        self.scale = STRAIN[sim.scene.numerics.precision] * sim.spacing
+        self.root = np.sqrt(runtime.get(nodes.mass, n).astype(np.float64))[:, None] * np.ones(nodes.dim)
+        self.N = None
+        if nodes.bends:
+            self.d0 = runtime.get(nodes.d, n)
+            self.N = runtime.get(nodes.N, n).astype(np.float64)
+            inertia = np.sqrt(runtime.get(nodes.inertia, n).astype(np.float64))[:, None] * np.ones(3)
+            self.root = np.hstack([self.root, inertia])
+        self.shape = self.root.shape
+
+    def _across(self, y: np.ndarray) -> np.ndarray:
+        """Without the part of the director change along the director."""
+        if self.N is None:
+            return y
+        d = y[:, 3:]
+        return np.hstack([y[:, :3], d - np.einsum("ni,ni->n", d, self.N)[:, None] * self.N])
+
+    def __call__(self, y: np.ndarray) -> np.ndarray:
+        sim, nodes, n = self.sim, self.sim.nodes, self.sim.nodes.n
+        w = self._across(y) / self.root
+        # one size for displacements and for director changes, both small against 1 in their own unit
+        largest = np.abs(w[:, : nodes.dim]).max() / sim.spacing
+        if nodes.bends:
+            largest = max(largest, np.abs(w[:, 3:]).max())
+        size = self.scale / sim.spacing / max(largest, 1e-300)
+        runtime.put(nodes.u, (size * w[:, : nodes.dim]).astype(self.real))
+        if nodes.bends:
+            runtime.put(nodes.d, (size * w[:, 3:]).astype(self.real))
         sim.internal.strain(0.0, intact=1)
         sim.internal.force()
-        return -runtime.get(nodes.force, n).astype(np.float64) / size / root
+        force = runtime.get(nodes.force, n).astype(np.float64)
+        if nodes.bends:
+            force = np.hstack([force, runtime.get(nodes.couple, n).astype(np.float64)])
+        return self._across(-force / size / self.root)
 
-    q = np.random.default_rng(0).standard_normal(u0.shape) if start is None else start
+    def close(self) -> None:
+        runtime.put(self.sim.nodes.u, self.u0)
+        if self.N is not None:
+            runtime.put(self.sim.nodes.d, self.d0)
+
+
+def largest_frequency(sim, iterations: int = 40, start: np.ndarray | None = None) -> tuple[float, np.ndarray]:
+    """(omega_max [rad/s] with its error bound added, Ritz vector in mass-weighted displacements)."""
+    operator = Operator(sim)
+    q = np.random.default_rng(0).standard_normal(operator.shape) if start is None else start
     basis = [q / np.linalg.norm(q)]
     H = np.zeros((iterations + 1, iterations))
     for k in range(iterations):
-        w = apply(basis[k])
+        w = operator(basis[k])
         for i, b in enumerate(basis):
             H[i, k] = np.vdot(b, w)
             w -= H[i, k] * b
@@ -91,5 +129,5 @@ def largest_frequency(sim, iterations: int = 40, start: np.ndarray | None = None
     top = int(np.argmax(np.abs(values)))
     bound = abs(H[k + 1, k] * vectors[-1, top])
     ritz = sum(c * b for c, b in zip(vectors[:, top].real, basis))
-    runtime.put(nodes.u, u0)
+    operator.close()
     return float(np.sqrt(abs(values[top]) + bound)), ritz
