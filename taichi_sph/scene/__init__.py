@@ -27,11 +27,11 @@ from .schema import (
     Viscosity,
 )
 from .script import derive, dump, load_scene, parameters_of
-from .units import Density, Dimensionless, Force, Length, Pressure, Speed, Time, to_si
+from .units import Density, Dimensionless, Force, Length, Pressure, Speed, Spin, Time, to_si
 
 __all__ = [
     "Ball", "Box", "Collocation", "Cut", "Delay", "Density", "Dimensionless", "Force", "Galerkin",
     "InitialVelocity", "Length", "Material", "Mazars", "MeshFile", "NodalForce", "Numerics", "Output", "Plate",
-    "PrescribedVelocity", "Pressure", "Pulse", "Quality", "Quantity", "Ramp", "Scene", "Shell", "Speed", "Step",
-    "Time", "Viscosity", "checked", "derive", "dump", "load_scene", "parameters_of", "sentence", "to_si",
+    "PrescribedVelocity", "Pressure", "Pulse", "Quality", "Quantity", "Ramp", "Scene", "Shell", "Speed", "Spin",
+    "Step", "Time", "Viscosity", "checked", "derive", "dump", "load_scene", "parameters_of", "sentence", "to_si",
 ]  # fmt: skip

@@ -82,6 +82,14 @@ def scene(s: "Scene") -> None:
                 raise ValueError(
                     f"{key}[{number}].{across}: z must be 0, for shell '{load.shell}' moves in its plane (motion = 'in_plane')"
                 )
+            if s.shells[names.index(load.shell)].motion == "in_plane" and any(w is not None for w in getattr(load, "spin", ())):
+                raise ValueError(f"{key}[{number}].spin: shell '{load.shell}' has motion = 'in_plane', its directors do not turn")
+    free = [shell.name for shell in s.shells if shell.motion == "free"]
+    if free and s.numerics.formulation.kind != "galerkin":
+        raise ValueError(
+            f"numerics.formulation '{s.numerics.formulation.kind}' computes motion 'in_plane' only, and shell '{free[0]}' "
+            "is 'free'; use 'galerkin'"
+        )
     asked: list[tuple[str, dict[str, object]]] = []
     for quantity in s.quantities:
         if (quantity.name, quantity.options) in asked:

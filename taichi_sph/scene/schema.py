@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StrictBool, StrictInt, model_validator
 
 from . import plausible
-from .units import Density, Dimensionless, Force, Length, Pressure, Speed, Time
+from .units import Density, Dimensionless, Force, Length, Pressure, Speed, Spin, Time
 
 Point = tuple[Length, Length, Length]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]  # names become file names
@@ -188,17 +188,18 @@ class NodalForce(Frozen):
 
 
 class PrescribedVelocity(Frozen):
-    """Velocity imposed on the nodes of `where`, component by component; None leaves one free."""
+    """Velocity, and the spin of the directors of a shell that bends, imposed on the nodes of `where`, component
+    by component; None leaves one free."""
 
     shell: str
     where: Region
     velocity: tuple[Speed | None, Speed | None, Speed | None]
-    spin: tuple[Dimensionless | None, Dimensionless | None, Dimensionless | None] = (None, None, None)  # rad/s
+    spin: tuple[Spin | None, Spin | None, Spin | None] = (None, None, None)
     history: History = Step()
 
     @model_validator(mode="after")
     def _holds_something(self) -> "PrescribedVelocity":
-        if all(v is None for v in self.velocity):
+        if all(v is None for v in (*self.velocity, *self.spin)):
             raise ValueError("velocity leaves all three components free: give at least one, 0 to hold it")
         return self
 

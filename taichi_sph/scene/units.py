@@ -33,6 +33,11 @@ class Unit:
     example: str
 
     @property
+    def named(self) -> str:
+        """'a length', 'an angular speed'."""
+        return f"{'an' if self.dimension[0] in 'aeiou' else 'a'} {self.dimension}"
+
+    @property
     def shown(self) -> str:
         return f"'{self.example}'" if self.symbol else self.example
 
@@ -76,16 +81,16 @@ def to_si(text: str, unit: Unit) -> float:
     """The number of `unit.symbol` in `text`, e.g. to_si("4 mm", metre) = 0.004. ValueError if none."""
     match = _QUANTITY.fullmatch(text)
     if not match:
-        raise ValueError(f"is not a {unit.dimension} such as {unit.shown}")
+        raise ValueError(f"is not {unit.named} such as {unit.shown}")
     top, bottom, unit_text = match.groups()
     if bottom and float(bottom) == 0.0:
         raise ValueError("divides by zero")
     if not unit_text and unit.symbol:
-        raise ValueError(f"has no unit; write a {unit.dimension} such as {unit.shown}, or a plain number of {unit.symbol}")
+        raise ValueError(f"has no unit; write {unit.named} such as {unit.shown}, or a plain number of {unit.symbol}")
     try:
         factor = _factor(unit_text.strip(), unit.symbol) if unit_text else 1.0
     except ValueError as error:
-        raise ValueError(f"is not a {unit.dimension} such as {unit.shown}: {error}") from None
+        raise ValueError(f"is not {unit.named} such as {unit.shown}: {error}") from None
     return float(top) / float(bottom or 1.0) * factor
 
 
@@ -95,7 +100,7 @@ def _validator(unit: Unit) -> BeforeValidator:
             return to_si(value, unit)
         if isinstance(value, numbers.Real) and not isinstance(value, bool):
             return float(value)
-        raise ValueError(f"is not a {unit.dimension} such as {unit.shown}")
+        raise ValueError(f"is not {unit.named} such as {unit.shown}")
 
     return BeforeValidator(convert)
 
@@ -103,6 +108,7 @@ def _validator(unit: Unit) -> BeforeValidator:
 _METRE = Unit("m", "length", "4 mm")
 _SECOND = Unit("s", "time", "15 us")
 _SPEED = Unit("m/s", "speed", "730 m/s")
+_SPIN = Unit("rad/s", "angular speed", "3 rad/s")
 _PASCAL = Unit("Pa", "pressure", "32 GPa")
 _NEWTON = Unit("N", "force", "3 kN")
 _DENSITY = Unit("kg/m^3", "density", "2450 kg/m^3")
@@ -111,6 +117,7 @@ _ONE = Unit("", "pure number", "0.2")
 Length = Annotated[float, _validator(_METRE), _METRE]
 Time = Annotated[float, _validator(_SECOND), _SECOND]
 Speed = Annotated[float, _validator(_SPEED), _SPEED]
+Spin = Annotated[float, _validator(_SPIN), _SPIN]
 Pressure = Annotated[float, _validator(_PASCAL), _PASCAL]
 Force = Annotated[float, _validator(_NEWTON), _NEWTON]
 Density = Annotated[float, _validator(_DENSITY), _DENSITY]

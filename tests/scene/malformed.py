@@ -67,6 +67,8 @@ MALFORMED: list[tuple[str, Any, str]] = [
     ("forces.0.shell", "plat", "there is no shell 'plat'; did you mean 'plate'?"),
     ("motions.0.velocity", [None, None, None], "leaves all three components free"),
     ("motions.0.velocity", [None, 0, 1], "moves in its plane"),
+    ("motions.0.spin", [0, 0, None], "its directors do not turn"),
+    ("motions.0.spin", ["1 m/s", None, None], "is not an angular speed"),
     ("forces.0.total", [0, 0, 5], "moves in its plane"),
     ("forces.0.where", {"kind": "box", "lo": [0.02, None, None], "hi": [0.01, None, None]}, "lo is above hi along x"),
     ("shells.0.cuts.0.end", [0, 0.01, 0], "start and end are the same point"),

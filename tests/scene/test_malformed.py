@@ -70,3 +70,11 @@ def test_overlapping_motions_are_refused(tmp_path):
     data["motions"].append({**data["motions"][0], "velocity": [0, None, None]})
     with pytest.raises(SceneError, match=r"motions\[0\] and motions\[1\] both hold 21 nodes"):
         plan(load(tmp_path, data))
+
+
+def test_collocation_does_not_bend(tmp_path):
+    data = spoiled("shells.0.motion", "free")
+    plan(load(tmp_path, data))
+    data["numerics"]["formulation"] = "collocation"
+    with pytest.raises(SceneError, match="computes motion 'in_plane' only"):
+        load(tmp_path, data)
