@@ -89,10 +89,10 @@ def _body(run: RunFolder, shell: Shell, named: bool) -> str:
     body = run.frames(shell.name).body(-1)
     head = f"{shell.name} cracked" if named else "Cracked"
     damage = float(np.max(body.cell_data["damage"], initial=0.0))
-    broken = int(np.count_nonzero(body.cell_data["broken"]))
+    broken = int(np.count_nonzero((body.cell_data["broken"] != 0) & (body.cell_data["rupture_time"] > 0)))
     if broken == 0:
         return f"{head}: no. The largest damage is {damage:.2f}."
-    p = pattern(body, shell.cuts)
+    p = pattern(body, shell.cuts)  # what a cut broke at the start is no crack
     parts = []
     if shell.cuts:
         parts.append(_cut_crack(p) if p.crack.sum() >= SMALL else "the cut stays as it is")

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize
 
 from ..output.frame import BodyFrame
@@ -116,8 +117,9 @@ def border(body: BodyFrame) -> np.ndarray:
     following[triangles, 2] = cells[triangles, 0]
     edges = np.sort(np.column_stack([cells.ravel(), following.ravel()]), axis=1)
     edges = edges[(edges >= 0).all(axis=1)]
-    unique, count = np.unique(edges, axis=0, return_counts=True)
-    return unique[count == 1]
+    nodes = len(body.points)
+    key, count = np.unique(edges[:, 0].astype(np.int64) * nodes + edges[:, 1], return_counts=True)
+    return np.column_stack(np.divmod(key[count == 1], nodes))
 
 
 def draw(axes: Axes, bodies: Sequence[BodyFrame], look: Look, view: View, with_vtk: bool) -> None:
@@ -128,8 +130,6 @@ def draw(axes: Axes, bodies: Sequence[BodyFrame], look: Look, view: View, with_v
     axes.set_aspect("equal")
     for body in bodies:  # where the body was: thin line
         ends = body.reference[border(body)][:, :, :2] * mm
-        from matplotlib.collections import LineCollection
-
         axes.add_collection(LineCollection(list(ends), colors=OUTLINE, linewidths=0.6, zorder=1))
     if with_vtk:
         from .vtk_panel import image
@@ -144,8 +144,6 @@ def draw(axes: Axes, bodies: Sequence[BodyFrame], look: Look, view: View, with_v
             zorder=2,
         )
         return
-    from matplotlib.collections import PolyCollection
-
     norm = Normalize(look.low, look.high)
     for body in bodies:
         sound = kept(body)

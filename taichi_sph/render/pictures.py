@@ -24,7 +24,7 @@ from ..output.folder import RunFolder
 from ..output.frame import BodyFrame
 from . import plots
 from .backend import Backend, choose
-from .panel import DAMAGE, SPEED, Look, View, cell_values, draw, magnification, view_of
+from .panel import DAMAGE, MARGIN, SPEED, Look, View, cell_values, draw, magnification, view_of
 
 DPI = 170
 WIDTH = 9.4  # inches of a single panel's page
@@ -92,18 +92,18 @@ def _page(
             y = height - top - (row + 1) * (tall + above) - row * 0.12
             axes = figure.add_axes((x / wide, y / height, across / wide, tall / height))
             draw(axes, bodies, look, view, backend.name == "vtk")
-            axes.set_title(name, fontsize=10, weight="normal", pad=3, color="#2b333a")
+            axes.set_title(name, fontsize=10, weight="normal", pad=3, x=MARGIN / (1 + 2 * MARGIN), color="#2b333a")
             axes.tick_params(labelsize=8, length=2.5)
             for side in axes.spines.values():
                 side.set_visible(False)
             if row == rows - 1:
                 axes.set_xlabel("x [mm]", fontsize=9)
             else:
-                axes.set_xticklabels([])
+                axes.tick_params(bottom=False, labelbottom=False)
             if column == 0:
                 axes.set_ylabel("y [mm]", fontsize=9)
             else:
-                axes.set_yticklabels([])
+                axes.tick_params(left=False, labelleft=False)
         whole = rows * (tall + above) + (rows - 1) * 0.12 - above
         bar_height = min(whole, 3.2)
         bar = figure.add_axes(((wide - right + 0.18) / wide, (bottom + (whole - bar_height) / 2) / height, 0.14 / wide, bar_height / height))
@@ -203,6 +203,9 @@ def _movie(run: RunFolder, look: Look, view: View, backend: Backend, path: Path)
         pages.append(Image.fromarray(np.asarray(page.canvas.buffer_rgba())[..., :3]))
         plt.close(page)
     palette = pages[-1].quantize(128)  # one palette for all, or colours flicker
+    paper = np.array(palette.getpalette()).reshape(-1, 3)
+    paper[paper.sum(axis=1).argmax()] = 255  # the paper stays white
+    palette.putpalette(paper.ravel().tolist())
     pages = [page.quantize(palette=palette, dither=Image.Dither.NONE) for page in pages]
     each = max(40, int(1000 * MOVIE_SECONDS / len(pages)))
     temporary = path.with_name(path.name + ".tmp")
@@ -224,7 +227,7 @@ def render_compare(
 ) -> Path:
     """The last frames of several runs of like bodies on one page, with the same colours and magnification.
 
-    `labels` default to what tells the runs apart: settings that differ between their scenes.
+    `labels` default to what tells the runs apart: the ends of their titles, or settings that differ.
     """
     if not folders:
         raise SceneError("nothing to compare: give the folders of at least two runs")
@@ -240,25 +243,34 @@ def render_compare(
             for run, name in zip(runs, names, strict=True)
         ]
         subtitle = "   ·   ".join(p for p in (f"at the end of each run, {_magnified(look)}", _gap(look)) if p)
-        page = _page(panels, look, view, title or runs[0].scene.title, subtitle, min(columns, len(panels)), choose())
+        page = _page(panels, look, view, title or common_title(runs), subtitle, min(columns, len(panels)), choose())
         return _save(page, Path(out))
     finally:
         for run in runs:
             run.close()
 
 
+def common_title(runs: Sequence[RunFolder]) -> str:
+    """The clauses that all titles begin with; the first title where there are none."""
+    clauses = [run.scene.title.split(", ") for run in runs]
+    same = os.path.commonprefix(clauses)
+    return ", ".join(same) or runs[0].scene.title
+
+
 def differences(runs: Sequence[RunFolder]) -> list[str]:
-    """For each run the settings in which it differs from the others; their folder where none does."""
-    settings = [
-        {
-            "scene": run.scene.name,
-            "quality": run.scene.quality,
-            "formulation": run.scene.numerics.formulation.kind,
-            "spacing": f"{run.scene.numerics.spacing * 1e3:.3g} mm",
-            **{k: f"{v:g}" if isinstance(v, float) else str(v) for k, v in run.scene.parameters.items() if k not in ("quality", "formulation")},
-        }
-        for run in runs
-    ]
-    keys = [k for k in dict.fromkeys(k for s in settings for k in s) if len({s.get(k) for s in settings}) > 1]
-    texts = [", ".join(s[k] if k in ("scene", "quality", "formulation") else f"{k} = {s[k]}" for k in keys if k in s) for s in settings]
+    """For each run what it does not share with the others: the end of its title, its settings, its folder."""
+    common = common_title(runs)
+    ends = [run.scene.title.removeprefix(common).lstrip(", ") for run in runs]
+    if len(set(ends)) == len(runs):
+        return ends
+    settings = []
+    for run in runs:
+        scene = run.scene
+        given = {k: f"{v:g}" if isinstance(v, float) else str(v) for k, v in scene.parameters.items()}
+        plain = {"scene": scene.name, "quality": scene.quality, "formulation": scene.numerics.formulation.kind}
+        settings.append(given | plain | {"spacing": f"{scene.numerics.spacing * 1e3:.3g} mm"})
+    names = dict.fromkeys(name for found in settings for name in found)
+    telling = [name for name in names if len({found.get(name) for found in settings}) > 1]
+    spoken = ("scene", "quality", "formulation")  # their values need no name
+    texts = [", ".join(f[n] if n in spoken else f"{n} = {f[n]}" for n in telling if n in f) for f in settings]
     return [text or run.path.name for text, run in zip(texts, runs, strict=True)]

@@ -10,6 +10,7 @@ from ..output.folder import RunFolder
 from ..output.measures.waves import rayleigh_speed
 
 PALETTE = ("#1b4f80", "#c8402f", "#e0912f", "#4b8f5a", "#7a5aa6", "#3aa0a8", "#8c6d46", "#d26fa5", "#6b7680", "#a8b545")
+SLOW = 0.3  # of the Rayleigh speed: below, its line is left out
 PERCENT = {"B_percent": ("balance B (T)", "#1b4f80"), "closed_residual_percent": ("closed residual", "#c8402f")}
 STYLE = {
     "font.family": "DejaVu Sans",
@@ -41,10 +42,10 @@ def _prefix(largest: float, unit: str) -> tuple[float, str]:
     return 1.0, unit
 
 
-def _direct_labels(axes: plt.Axes, ends: list[tuple[float, str, str]], right: float) -> None:
-    """Names at the right end of the lines, pushed apart where they would overlap."""
+def _direct_labels(axes: plt.Axes, ends: list[tuple[float, str, str]], right: float, gap: float) -> None:
+    """Names at the right end of the lines, pushed apart by `gap` (share of the axes) where they would overlap."""
     low, high = axes.get_ylim()
-    gap = (high - low) * 0.052
+    gap *= high - low
     ends = sorted(ends)
     places = np.array([value for value, _, _ in ends])
     for i in range(1, len(places)):
@@ -83,7 +84,7 @@ def energies(run: RunFolder, title: str) -> Figure | None:
         top.set_ylabel(f"energy [{energy_unit}]")
         top.set_title(title)
         top.margins(x=0)
-        _direct_labels(top, ends, float(time[-1]))
+        _direct_labels(top, ends, float(time[-1]), 0.052)
         if percents:
             bottom = axes[1, 0]
             bottom.axhline(0, color="#c3ccd3", lw=0.8)
@@ -92,8 +93,9 @@ def energies(run: RunFolder, title: str) -> Figure | None:
                 label, colour = PERCENT[name]
                 bottom.plot(time, history[name], color=colour, lw=1.4)
                 ends.append((float(history[name][-1]), label, colour))
-            _direct_labels(bottom, ends, float(time[-1]))
+            _direct_labels(bottom, ends, float(time[-1]), 0.15)
             bottom.set_ylabel("error [%]")
+            bottom.margins(x=0)
         axes[-1, 0].set_xlabel(f"time [{unit}]")
     return figure
 
@@ -112,12 +114,17 @@ def crack_tip(run: RunFolder, title: str, name: str = "crack_tip") -> Figure:
         figure, (top, bottom) = plt.subplots(2, 1, sharex=True, figsize=(8.6, 5.6), height_ratios=[2, 1], layout="constrained")
         right = float(time[-1])
         top.plot(time, speed, color=PALETTE[0], lw=2)
-        top.axhline(rayleigh, color=PALETTE[1], lw=1.2, ls="--")
-        top.set_ylim(0, max(1.08 * rayleigh, 1.05 * float(speed.max())))
+        highest = 1.1 * float(speed.max())
+        label, place = f"Rayleigh speed {rayleigh:.0f} m/s", rayleigh
+        if highest > SLOW * rayleigh:
+            highest = max(highest, 1.08 * rayleigh)
+            top.axhline(rayleigh, color=PALETTE[1], lw=1.2, ls="--")
+        else:  # a line far above would flatten the curve
+            label, place = label + ", far above", highest
+        top.set_ylim(0, highest)
         top.annotate(
-            f"Rayleigh speed {rayleigh:.0f} m/s", (float(time[0]), rayleigh), xytext=(4, -13), textcoords="offset points",
-            color=PALETTE[1], fontsize=9,
-        )  # fmt: skip
+            label, (float(time[0]), place), xytext=(4, -13), textcoords="offset points", color=PALETTE[1], fontsize=9
+        )
         if plateau is not None:
             top.axhline(plateau, color="#6b7680", lw=1.0, ls=":")
             top.annotate(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 
 import numpy as np
@@ -24,31 +25,37 @@ def grid(body: BodyFrame, look: Look) -> pyvista.UnstructuredGrid:
     return made
 
 
+@functools.lru_cache(maxsize=1)  # a new OpenGL context for each page of a movie would take most of its time
+def _plotter(width: int, height: int) -> pyvista.Plotter:
+    plotter = pyvista.Plotter(off_screen=True, window_size=(width, height))
+    plotter.set_background("white")
+    plotter.enable_parallel_projection()
+    return plotter
+
+
 def image(bodies: Sequence[BodyFrame], look: Look, view: View, width: int, height: int) -> np.ndarray:
     """(height, width, 4) uint8: bodies in parallel projection, transparent where there is nothing."""
-    plotter = pyvista.Plotter(off_screen=True, window_size=(SHARPER * width, SHARPER * height))
-    try:
-        plotter.set_background("white")
-        for body in bodies:
-            if not kept(body).any():
-                continue
-            plotter.add_mesh(
-                grid(body, look),
-                scalars="shown",
-                cmap=look.colours,
-                clim=(look.low, look.high),
-                lighting=False,
-                show_scalar_bar=False,
-            )
-        x, y = (view.x0 + view.x1) / 2, (view.y0 + view.y1) / 2
-        far = 10 * max(view.x1 - view.x0, view.y1 - view.y0)
-        plotter.camera_position = [(x, y, far), (x, y, 0.0), (0.0, 1.0, 0.0)]
-        plotter.enable_parallel_projection()
-        plotter.camera.parallel_scale = (view.y1 - view.y0) / 2
-        plotter.camera.clipping_range = (far / 2, 2 * far)
-        pixels = np.asarray(plotter.screenshot(None, transparent_background=True, return_img=True))
-    finally:
-        plotter.close()
+    plotter = _plotter(SHARPER * width, SHARPER * height)
+    plotter.clear_actors()
+    for body in bodies:
+        if not kept(body).any():
+            continue
+        plotter.add_mesh(
+            grid(body, look),
+            scalars="shown",
+            cmap=look.colours,
+            clim=(look.low, look.high),
+            lighting=False,
+            show_scalar_bar=False,
+            render=False,
+        )
+    x, y = (view.x0 + view.x1) / 2, (view.y0 + view.y1) / 2
+    far = 10 * max(view.x1 - view.x0, view.y1 - view.y0)
+    plotter.camera_position = [(x, y, far), (x, y, 0.0), (0.0, 1.0, 0.0)]
+    plotter.camera.parallel_scale = (view.y1 - view.y0) / 2
+    plotter.camera.clipping_range = (far / 2, 2 * far)
+    plotter.render()  # a screenshot alone would show what was drawn before
+    pixels = np.asarray(plotter.screenshot(None, transparent_background=True, return_img=True))
     # average the extra pixels with their weight, so that edges do not darken
     tall, wide = (n // SHARPER * SHARPER for n in pixels.shape[:2])
     fine = pixels[:tall, :wide].astype(np.float32).reshape(tall // SHARPER, SHARPER, wide // SHARPER, SHARPER, 4)
