@@ -204,7 +204,7 @@ def _movie(run: RunFolder, look: Look, view: View, backend: Backend, path: Path)
         plt.close(page)
     palette = pages[-1].quantize(128)  # one palette for all, or colours flicker
     paper = np.array(palette.getpalette()).reshape(-1, 3)
-    paper[paper.sum(axis=1).argmax()] = 255  # the paper stays white
+    paper[paper.min(axis=1) > 243] = 255  # the paper stays white; no colour of a look is so light
     palette.putpalette(paper.ravel().tolist())
     pages = [page.quantize(palette=palette, dither=Image.Dither.NONE) for page in pages]
     each = max(40, int(1000 * MOVIE_SECONDS / len(pages)))
