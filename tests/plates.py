@@ -98,7 +98,7 @@ def stored(sim, u: np.ndarray) -> float:
 
 def strains(sim) -> np.ndarray:
     """(M, 3) E11, E22, E12 of the last evaluation."""
-    return runtime.get(sim.cells.strain, sim.cells.n)[:, :3].astype(float)
+    return runtime.get(sim.cells.strain, sim.cells.n)[:, :3].astype(float) * [1.0, 1.0, 0.5]
 
 
 def linear(sim, gradient: np.ndarray) -> np.ndarray:
