@@ -18,10 +18,20 @@ from .mesh import SurfaceMesh, plate
 from .meshfile import read_mesh
 from .regions import inside
 
-# measured on runs of these scenes, f64; f32 takes about 0.6 of it
-BYTES_PER_NODE = {"galerkin": 3500, "collocation": 4500}
+# measured on scenes/beam_impact.py, f64: bytes of fields per node by formulation and cells; bending adds to them
+BYTES_PER_NODE = {
+    ("galerkin", "quad"): 3200,
+    ("galerkin", "triangle"): 4300,
+    ("collocation", "quad"): 1900,
+    ("collocation", "triangle"): 3200,
+}
+BENDING_BYTES_PER_NODE = 700
+SINGLE = 0.75  # of it in f32: positions stay in f64, neighbour lists are integers
 FRAME_BYTES_PER_NODE = 45  # positions in f64, everything else in f32
-CHECKPOINT_BYTES_PER_NODE = 200
+CHECKPOINT_BYTES_PER_NODE = 300
+# stable step over D sqrt(rho (1 - nu^2) / E), measured like the above; a lattice moved at random by p spacings
+# takes (1 - p^2) of it
+STEP = {("galerkin", "quad"): 1.10, ("galerkin", "triangle"): 0.93, ("collocation", "quad"): 1.60, ("collocation", "triangle"): 1.60}
 
 
 @dataclass(frozen=True)
@@ -73,14 +83,18 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6) -> Plan:
     nodes = sum(body.nodes for body in bodies)
     dt = min(body.dt for body in bodies)
     steps = math.ceil(scene.duration / dt)
-    single = 0.6 if scene.numerics.precision == "f32" else 1.0
+    kinds = {body.name: (scene.numerics.formulation.kind, _cells(meshes[body.name])) for body in bodies}
+    memory = sum(
+        body.nodes * (BYTES_PER_NODE[kinds[body.name]] + (BENDING_BYTES_PER_NODE if shell.motion == "free" else 0))
+        for body, shell in zip(bodies, scene.shells)
+    )
     out = scene.output
     per_node = (out.frames + 1) * FRAME_BYTES_PER_NODE + min(out.checkpoints, out.keep_checkpoints) * CHECKPOINT_BYTES_PER_NODE
     return Plan(
         bodies=bodies,
         dt=dt,
         steps=steps,
-        memory=round(nodes * BYTES_PER_NODE[scene.numerics.formulation.kind] * single),
+        memory=round(memory * (SINGLE if scene.numerics.precision == "f32" else 1.0)),
         disk=round(nodes * per_node + out.samples * 200 + 1e6),
         seconds=nodes * steps / node_steps_per_second,
     )
@@ -90,8 +104,11 @@ def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:
     ends = mesh.points[mesh.edges.nodes]
     edge = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     m = shell.material
-    # the membrane step of a shell with cell-mean gradients (T 2.51 for e << D has the same form)
-    dt = scene.numerics.time_step_safety * 0.85 * float(edge.min()) * math.sqrt(m.density * (1 - m.poisson**2) / m.young)
+    n = scene.numerics
+    generated = isinstance(shell.surface, Plate)
+    finest = mesh.spacing if generated else float(mesh.node_spacing.min())
+    factor = STEP[n.formulation.kind, _cells(mesh)] * (1 - n.irregularity**2 if generated else 1.0)
+    dt = n.time_step_safety * factor * finest * math.sqrt(m.density * (1 - m.poisson**2) / m.young)
     area = shell.surface.length * shell.surface.width if isinstance(shell.surface, Plate) else None
     return BodyPlan(
         name=shell.name,
@@ -104,6 +121,11 @@ def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:
         spacing_max=float(edge.max()),
         dt=dt,
     )
+
+
+def _cells(mesh: SurfaceMesh) -> str:
+    """What most of the cells are."""
+    return "triangle" if (mesh.cells[:, 3] < 0).mean() > 0.5 else "quad"
 
 
 def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
