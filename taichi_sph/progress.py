@@ -103,8 +103,7 @@ def progress_line(
         f"energy error {energies.get('closed_residual_percent', float('nan')):.2g} %",
         f"{status.get('broken', 0)} broken",
     ]
-    if status.get("fragments"):
-        parts.append(f"{status['fragments']} fragments")
+    parts += [f"{count} {name.replace('_', ' ')}" for name, count in status.items() if name != "broken" and count]
     if eta is not None:
         parts.append(f"ETA {duration_text(eta)}")
     return "  ".join(parts)

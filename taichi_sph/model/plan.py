@@ -32,6 +32,7 @@ CHECKPOINT_BYTES_PER_NODE = 300
 # stable step over D sqrt(rho (1 - nu^2) / E), measured like the above; a lattice moved at random by p spacings
 # takes (1 - p^2) of it
 STEP = {("galerkin", "quad"): 1.10, ("galerkin", "triangle"): 0.93, ("collocation", "quad"): 1.60, ("collocation", "triangle"): 1.60}
+RELAXATION = 2000  # force evaluations to the equilibrium of one load increment, the order of magnitude
 
 
 @dataclass(frozen=True)
@@ -83,6 +84,10 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6) -> Plan:
     nodes = sum(body.nodes for body in bodies)
     dt = min(body.dt for body in bodies)
     steps = math.ceil(scene.duration / dt)
+    work = steps  # evaluations of the forces
+    if scene.static is not None:
+        steps = scene.static.increments
+        dt, work = scene.duration / steps, steps * RELAXATION
     kinds = {body.name: (scene.numerics.formulation.kind, _cells(meshes[body.name])) for body in bodies}
     memory = sum(
         body.nodes * (BYTES_PER_NODE[kinds[body.name]] + (BENDING_BYTES_PER_NODE if shell.motion == "free" else 0))
@@ -96,7 +101,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6) -> Plan:
         steps=steps,
         memory=round(memory * (SINGLE if scene.numerics.precision == "f32" else 1.0)),
         disk=round(nodes * per_node + out.samples * 200 + 1e6),
-        seconds=nodes * steps / node_steps_per_second,
+        seconds=nodes * work / node_steps_per_second,
     )
 
 
@@ -130,7 +135,7 @@ def _cells(mesh: SurfaceMesh) -> str:
 
 def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
     held: dict[str, list[tuple[int, np.ndarray]]] = {}
-    for key in ("forces", "motions", "initial"):
+    for key in ("forces", "moments", "motions", "initial"):
         for number, load in enumerate(getattr(scene, key)):
             points = meshes[load.shell].points
             caught = inside(load.where, points)

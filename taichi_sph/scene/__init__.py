@@ -13,6 +13,7 @@ from .schema import (
     Mazars,
     MeshFile,
     NodalForce,
+    NodalMoment,
     Numerics,
     Output,
     Plate,
@@ -23,7 +24,9 @@ from .schema import (
     Ramp,
     Scene,
     Shell,
+    Static,
     Step,
+    SurfacePressure,
     Viscosity,
 )
 from .script import derive, dump, load_scene, parameters_of
@@ -31,7 +34,8 @@ from .units import Density, Dimensionless, Force, Length, Pressure, Speed, Spin,
 
 __all__ = [
     "Ball", "Box", "Collocation", "Cut", "Delay", "Density", "Dimensionless", "Force", "Galerkin",
-    "InitialVelocity", "Length", "Material", "Mazars", "MeshFile", "NodalForce", "Numerics", "Output", "Plate",
+    "InitialVelocity", "Length", "Material", "Mazars", "MeshFile", "NodalForce", "NodalMoment", "Numerics", "Output", "Plate",
     "PrescribedVelocity", "Pressure", "Pulse", "Quality", "Quantity", "Ramp", "Scene", "Shell", "Speed", "Spin",
+    "Static", "SurfacePressure",
     "Step", "Time", "Viscosity", "checked", "derive", "dump", "load_scene", "parameters_of", "sentence", "to_si",
 ]  # fmt: skip

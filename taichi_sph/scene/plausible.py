@@ -7,7 +7,7 @@ values are known to be numbers in range.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..errors import nearest
 from .units import show
@@ -73,17 +73,14 @@ def scene(s: "Scene") -> None:
     if len(s.shells) > 1:
         raise ValueError(f"shells has {len(s.shells)} entries; one body per scene can be computed so far")
     names = [shell.name for shell in s.shells]
-    for key in ("forces", "motions", "initial"):
+    for key in ("forces", "moments", "pressures", "motions", "initial"):
         for number, load in enumerate(getattr(s, key)):
             if load.shell not in names:
                 raise ValueError(f"{key}[{number}].shell: there is no shell '{load.shell}'{nearest(load.shell, names)}")
-            across = {"forces": "total", "motions": "velocity", "initial": "velocity"}[key]
-            if s.shells[names.index(load.shell)].motion == "in_plane" and getattr(load, across)[2]:
-                raise ValueError(
-                    f"{key}[{number}].{across}: z must be 0, for shell '{load.shell}' moves in its plane (motion = 'in_plane')"
-                )
-            if s.shells[names.index(load.shell)].motion == "in_plane" and any(w is not None for w in getattr(load, "spin", ())):
-                raise ValueError(f"{key}[{number}].spin: shell '{load.shell}' has motion = 'in_plane', its directors do not turn")
+            if s.shells[names.index(load.shell)].motion == "in_plane":
+                _stays_in_plane(f"{key}[{number}]", key, load)
+    if s.gravity is not None and s.gravity[2] and any(shell.motion == "in_plane" for shell in s.shells):
+        raise ValueError("gravity: z must be 0, for the shell moves in its plane (motion = 'in_plane')")
     free = [shell.name for shell in s.shells if shell.motion == "free"]
     if free and s.numerics.formulation.kind != "galerkin":
         raise ValueError(
@@ -96,6 +93,17 @@ def scene(s: "Scene") -> None:
             raise ValueError(f"quantities: '{quantity.name}' is asked for twice with the same options")
         asked.append((quantity.name, dict(quantity.options)))
     _size(s)
+
+
+def _stays_in_plane(where: str, key: str, load: Any) -> None:
+    """Loads and motions that a shell of motion 'in_plane' cannot feel."""
+    if key in ("moments", "pressures"):
+        raise ValueError(f"{where}: shell '{load.shell}' moves in its plane and does not bend; give it motion = 'free'")
+    across = "total" if key == "forces" else "velocity"
+    if getattr(load, across)[2]:
+        raise ValueError(f"{where}.{across}: z must be 0, for shell '{load.shell}' moves in its plane (motion = 'in_plane')")
+    if any(w is not None for w in getattr(load, "spin", ())):
+        raise ValueError(f"{where}.spin: shell '{load.shell}' has motion = 'in_plane', its directors do not turn")
 
 
 def _size(s: "Scene") -> None:
@@ -115,6 +123,8 @@ def _size(s: "Scene") -> None:
         raise ValueError(
             f"numerics.spacing {show(spacing, 'm')} gives {nodes:.2g} nodes; at most {MAX_NODES / 1e6:g} million are allowed"
         )
+    if s.static is not None:
+        return  # the duration of a static scene is a pseudo-time
     steps = s.duration * fastest / (0.5 * spacing)
     if steps > MAX_STEPS:
         raise ValueError(

@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StrictBool, StrictInt, model_validator
 
 from . import plausible
-from .units import Density, Dimensionless, Force, Length, Pressure, Speed, Spin, Time
+from .units import Acceleration, Density, Dimensionless, Force, Length, Moment, Pressure, Speed, Spin, Time
 
 Point = tuple[Length, Length, Length]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]  # names become file names
@@ -187,6 +187,26 @@ class NodalForce(Frozen):
     history: History = Step()
 
 
+class NodalMoment(Frozen):
+    """Dead moment `total` [N m] on the directors of the nodes of `where`, shared like a NodalForce. Only what acts
+    across a director turns it: a shell has no drilling stiffness."""
+
+    shell: str
+    where: Region
+    total: tuple[Moment, Moment, Moment]
+    history: History = Step()
+
+
+class SurfacePressure(Frozen):
+    """Pressure on a shell that bends, positive along its normals. "follower" turns and grows with the surface,
+    "dead" keeps the direction and area of the reference."""
+
+    shell: str
+    value: Pressure
+    kind: Literal["follower", "dead"] = "follower"
+    history: History = Step()
+
+
 class PrescribedVelocity(Frozen):
     """Velocity, and the spin of the directors of a shell that bends, imposed on the nodes of `where`, component
     by component; None leaves one free."""
@@ -265,6 +285,15 @@ class Numerics(Frozen):
     raised_inertia: StrictBool = True  # rotary inertia raised so that turning does not rule the step
 
 
+class Static(Frozen):
+    """Equilibrium instead of motion: the loads grow with the pseudo-time in `increments` equal steps, and each is
+    relaxed until the unbalanced force is below `residual` of the load."""
+
+    increments: Annotated[StrictInt, Field(ge=1, le=100_000)] = 1
+    residual: Annotated[Dimensionless, Field(gt=0, lt=1)] = 1e-6
+    max_steps: Annotated[StrictInt, Field(ge=1)] = 1_000_000  # of relaxation, per increment
+
+
 class Output(Frozen):
     """What is kept: `frames` pictures over the run, `samples` points in each history."""
 
@@ -299,9 +328,13 @@ class Scene(Frozen):
     parameters: dict[str, StrictBool | StrictInt | float | str] = {}
     shells: tuple[Shell, ...]
     forces: tuple[NodalForce, ...] = ()
+    moments: tuple[NodalMoment, ...] = ()
+    pressures: tuple[SurfacePressure, ...] = ()
+    gravity: tuple[Acceleration, Acceleration, Acceleration] | None = None
     motions: tuple[PrescribedVelocity, ...] = ()
     initial: tuple[InitialVelocity, ...] = ()
     duration: Annotated[Time, Field(gt=0)]
+    static: Static | None = None
     numerics: Numerics
     output: Output = Output()
     quantities: tuple[Quantity, ...] = ()

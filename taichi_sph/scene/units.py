@@ -112,6 +112,8 @@ _SPIN = Unit("rad/s", "angular speed", "3 rad/s")
 _PASCAL = Unit("Pa", "pressure", "32 GPa")
 _NEWTON = Unit("N", "force", "3 kN")
 _DENSITY = Unit("kg/m^3", "density", "2450 kg/m^3")
+_MOMENT = Unit("N*m", "moment", "2 N*m")
+_ACCELERATION = Unit("m/s^2", "acceleration", "9.81 m/s^2")
 _ONE = Unit("", "pure number", "0.2")
 
 Length = Annotated[float, _validator(_METRE), _METRE]
@@ -120,6 +122,8 @@ Speed = Annotated[float, _validator(_SPEED), _SPEED]
 Spin = Annotated[float, _validator(_SPIN), _SPIN]
 Pressure = Annotated[float, _validator(_PASCAL), _PASCAL]
 Force = Annotated[float, _validator(_NEWTON), _NEWTON]
+Moment = Annotated[float, _validator(_MOMENT), _MOMENT]
+Acceleration = Annotated[float, _validator(_ACCELERATION), _ACCELERATION]
 Density = Annotated[float, _validator(_DENSITY), _DENSITY]
 Dimensionless = Annotated[float, _validator(_ONE), _ONE]
 
