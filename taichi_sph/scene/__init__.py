@@ -30,9 +30,11 @@ from .schema import (
     Viscosity,
 )
 from .script import derive, dump, load_scene, parameters_of
-from .units import Density, Dimensionless, Force, Length, Pressure, Speed, Spin, Time, to_si
+from .surfaces import CappedTank, Cylinder, Disc, Roof, SpherePatch
+from .units import Angle, Density, Dimensionless, Force, Length, Pressure, Speed, Spin, Time, to_si
 
 __all__ = [
+    "Angle", "CappedTank", "Cylinder", "Disc", "Roof", "SpherePatch",
     "Ball", "Box", "Collocation", "Cut", "Delay", "Density", "Dimensionless", "Force", "Galerkin",
     "InitialVelocity", "Length", "Material", "Mazars", "MeshFile", "NodalForce", "NodalMoment", "Numerics", "Output", "Plate",
     "PrescribedVelocity", "Pressure", "Pulse", "Quality", "Quantity", "Ramp", "Scene", "Shell", "Speed", "Spin",

@@ -66,6 +66,16 @@ def plate(shell: "Shell") -> None:
                     )
 
 
+def rounded(shell: "Shell") -> None:
+    """Thickness against the radius that every other generated surface has."""
+    radius = shell.surface.radius  # type: ignore[union-attr]
+    if shell.thickness > radius:
+        raise ValueError(
+            f"thickness {show(shell.thickness, 'm')} of shell '{shell.name}' is larger than the radius of its "
+            f"{shell.surface.kind} ({show(radius, 'm')})"
+        )
+
+
 def scene(s: "Scene") -> None:
     """Names, loads, and the size of the computation."""
     if not s.shells:
@@ -110,15 +120,15 @@ def _size(s: "Scene") -> None:
     spacing, nodes = s.numerics.spacing, 0.0
     fastest = max(math.sqrt(shell.material.young / shell.material.density) for shell in s.shells)
     for shell in s.shells:
-        if shell.surface.kind != "plate":
+        surface = shell.surface
+        if surface.kind == "mesh":
             continue
-        smallest = min(shell.surface.length, shell.surface.width)
-        if spacing > smallest:
+        if spacing > surface.smallest * (1 + 1e-9):
+            why = f"is {show(surface.smallest, 'm')} wide" if surface.kind == "plate" else f"takes at most {show(surface.smallest, 'm')}"
             raise ValueError(
-                f"numerics.spacing {show(spacing, 'm')} is larger than the body: plate '{shell.name}' is "
-                f"{show(smallest, 'm')} wide"
+                f"numerics.spacing {show(spacing, 'm')} is larger than the body: {surface.kind} '{shell.name}' {why}"
             )
-        nodes += shell.surface.length * shell.surface.width / spacing**2
+        nodes += surface.area / spacing**2
     if nodes > MAX_NODES:
         raise ValueError(
             f"numerics.spacing {show(spacing, 'm')} gives {nodes:.2g} nodes; at most {MAX_NODES / 1e6:g} million are allowed"

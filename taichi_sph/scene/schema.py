@@ -8,54 +8,17 @@ are values that no body of this world has (`plausible`): they are wrong units mo
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StrictBool, StrictInt, model_validator
+from pydantic import Field, StrictBool, StrictInt, model_validator
 
 from . import plausible
+from .base import Choice, Frozen, Point
+from .surfaces import Disc, MeshFile, Plate, Surface
 from .units import Acceleration, Density, Dimensionless, Force, Length, Moment, Pressure, Speed, Spin, Time
 
-Point = tuple[Length, Length, Length]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]  # names become file names
 Quality = Literal["draft", "standard", "paper"]
-
-
-class Frozen(BaseModel):
-    """Base of every scene part: immutable, unknown keys refused, finite numbers only."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True)
-
-
-def _kind(value: Any) -> Any:
-    """A part that is chosen by its kind may be given by that name alone, with its defaults."""
-    return {"kind": value} if isinstance(value, str) else value
-
-
-Choice = (Field(discriminator="kind"), BeforeValidator(_kind))
-
-
-# --- surfaces -----------------------------------------------------------------------------------
-
-
-class Plate(Frozen):
-    """Flat rectangle parallel to the plane z = 0, corner at `origin`, along x (`length`) and y (`width`)."""
-
-    kind: Literal["plate"] = "plate"
-    length: Annotated[Length, Field(gt=0)]
-    width: Annotated[Length, Field(gt=0)]
-    origin: Point = (0.0, 0.0, 0.0)
-
-
-class MeshFile(Frozen):
-    """Any triangle or quadrangle surface mesh that meshio reads; `scale` turns its unit into metres."""
-
-    kind: Literal["mesh"] = "mesh"
-    path: Path
-    scale: Annotated[Dimensionless, Field(gt=0)] = 1.0
-
-
-Surface = Annotated[Plate | MeshFile, *Choice]
 
 
 # --- materials: strength, damage, rupture chosen apart ------------------------------------------
@@ -128,8 +91,14 @@ class Shell(Frozen):
 
     @model_validator(mode="after")
     def _believable(self) -> "Shell":
+        if not isinstance(self.surface, Plate | Disc | MeshFile) and self.motion == "in_plane":
+            raise ValueError(
+                f"motion = 'in_plane' is for flat bodies, and shell '{self.name}' is a {self.surface.kind}; set motion = 'free'"
+            )
         if isinstance(self.surface, Plate):
             plausible.plate(self)
+        elif not isinstance(self.surface, MeshFile):
+            plausible.rounded(self)
         return self
 
 
