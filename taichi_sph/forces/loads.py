@@ -1,4 +1,4 @@
-"""What acts from outside: dead nodal forces and prescribed velocities, each with its history in time."""
+"""What acts from outside on nodes: dead forces and moments, prescribed velocities and spins, each with its history."""
 
 import numpy as np
 
@@ -9,30 +9,28 @@ from ..runtime import ti
 
 @ti.data_oriented
 class Loads:
-    """Nodal forces by entries (node, force, rise); motions by number, found through nodes.fixed."""
+    """Nodal forces and moments by entries (node, load, rise); motions by number, found through nodes.fixed."""
 
-    def __init__(self, nodes: Nodes, forces, motions):
-        """forces: list of (node numbers, (n, dim) forces [N], rise [s]);
+    def __init__(self, nodes: Nodes, forces, motions, moments=()):
+        """forces: list of (node numbers, (n, dim) forces [N], rise [s]); moments: the same, (n, 3) [N m];
         motions: list of (node numbers, (dim,) mask, (dim,) velocity [m/s], (3,) mask, (3,) spin [rad/s], rise [s]);
         the second pair counts for a shell that bends. rise 0 = step."""
         self.nodes = nodes
-        dim = nodes.dim
-        self.n_entries = sum(len(i) for i, _, _ in forces)
-        self.constant = all(rise == 0 for _, _, rise in forces)
-        self.acts = bool(forces or motions)
+        self.pushes, self.twists, self.moves = bool(forces), bool(moments), bool(motions)
+        self.acts = self.pushes or self.twists or self.moves
+        self.constant = all(rise == 0 for _, _, rise in [*forces, *moments])
         if self.acts:
             self.work = runtime.new("loads.work", nodes.n)  # J, done on the node up to time n
             self.ahead = runtime.new("loads.ahead", nodes.n)  # J, what f_n does on the way to n + 1
-        if forces:
-            self.external = runtime.new("loads.external", nodes.n, dim)  # N
-            self.entry_node = runtime.new("loads.node", self.n_entries, dtype="i32")
-            self.entry_force = runtime.new("loads.force", self.n_entries, dim)
-            self.entry_rise = runtime.new("loads.rise", self.n_entries)
-            runtime.put(self.entry_node, np.concatenate([i for i, _, _ in forces]).astype(np.int32))
-            runtime.put(self.entry_force, np.concatenate([f for _, f, _ in forces]))
-            runtime.put(self.entry_rise, np.concatenate([np.full(len(i), rise) for i, _, rise in forces]))
-            self.set(0.0)
+        if nodes.bends and (self.twists or self.moves):
+            self.ahead_spin = runtime.new("loads.ahead_spin", nodes.n)  # J, the same of moments and spins
+        if self.pushes:
+            self.force = Entries("force", nodes, forces, nodes.dim)
+        if self.twists:
+            self.moment = Entries("moment", nodes, moments, 3)
+        self.set(0.0)
         if motions:
+            dim = nodes.dim
             fixed = np.zeros(nodes.n, np.int32)
             self.mask = runtime.new("motion.mask", len(motions), dim, "i32")
             self.velocity = runtime.new("motion.velocity", len(motions), dim)
@@ -40,7 +38,6 @@ class Loads:
             if nodes.bends:
                 self.spin_mask = runtime.new("motion.spin_mask", len(motions), 3, "i32")
                 self.spin = runtime.new("motion.spin", len(motions), 3)
-                self.ahead_spin = runtime.new("loads.ahead_spin", nodes.n)
             for m, (i, mask, velocity, spin_mask, spin, rise) in enumerate(motions):
                 fixed[i] = m + 1
                 if nodes.bends:
@@ -52,18 +49,38 @@ class Loads:
                     self.velocity[m][c] = float(velocity[c])
                 self.rise[m] = rise
             runtime.put(nodes.fixed, fixed)
-        self.pushes = bool(forces)
-        self.moves = bool(motions)
 
     def set(self, time: float) -> None:
-        """Nodal forces at `time`."""
-        _clear(self, self.n_entries)
-        _gather(self, self.n_entries, time)
+        """Loads at `time`."""
+        if self.pushes:
+            self.force.set(time)
+        if self.twists:
+            self.moment.set(time)
 
     def update(self, time: float) -> None:
-        """Nodal forces at `time`, where they vary."""
-        if self.pushes and not self.constant:
+        """Loads at `time`, where they vary."""
+        if not self.constant:
             self.set(time)
+
+
+@ti.data_oriented
+class Entries:
+    """One kind of nodal load: `total` (N, c) on the nodes now, from entries (node, value, rise)."""
+
+    def __init__(self, name: str, nodes: Nodes, entries, components: int):
+        self.n = sum(len(i) for i, _, _ in entries)
+        self.total = runtime.new(f"loads.{name}", nodes.n, components)
+        self.node = runtime.new(f"loads.{name}_node", self.n, dtype="i32")
+        self.value = runtime.new(f"loads.{name}_value", self.n, components)
+        self.rise = runtime.new(f"loads.{name}_rise", self.n)
+        runtime.put(self.node, np.concatenate([i for i, _, _ in entries]).astype(np.int32))
+        runtime.put(self.value, np.concatenate([f for _, f, _ in entries]))
+        runtime.put(self.rise, np.concatenate([np.full(len(i), float(rise)) for i, _, rise in entries]))
+
+    def set(self, time: float) -> None:
+        """Sum the entries at `time`."""
+        _clear(self, self.n)
+        _gather(self, self.n, time)
 
 
 @ti.func
@@ -76,13 +93,13 @@ def history(time, rise):
 
 
 @ti.kernel
-def _clear(loads: ti.template(), n: ti.i32):
+def _clear(entries: ti.template(), n: ti.i32):
     for k in range(n):
-        loads.external[loads.entry_node[k]] *= 0.0
+        entries.total[entries.node[k]] *= 0.0
 
 
 @ti.kernel
-def _gather(loads: ti.template(), n: ti.i32, time: float):
+def _gather(entries: ti.template(), n: ti.i32, time: float):
     ti.loop_config(serialize=True)  # a node may stand in several entries
     for k in range(n):
-        loads.external[loads.entry_node[k]] += loads.entry_force[k] * history(time, loads.entry_rise[k])
+        entries.total[entries.node[k]] += entries.value[k] * history(time, entries.rise[k])

@@ -49,11 +49,23 @@ def rotary(spacing: np.ndarray, thickness: float, numerics) -> np.ndarray:
 
 
 def node_forces(scene: Scene, mesh: SurfaceMesh, dim: int):
-    """For forces.loads: (node numbers, (n, dim) forces, rise) of every NodalForce, shared by node area."""
+    """For forces.loads: (node numbers, (n, dim) forces, rise) of every NodalForce, shared by node area, and gravity."""
     for load in scene.forces:
         i = np.flatnonzero(inside(load.where, mesh.points))
         share = mesh.node_areas[i] / mesh.node_areas[i].sum()
         yield i, share[:, None] * np.asarray(load.total)[None, :dim], _rise(load.history)
+    if scene.gravity is not None:
+        shell = scene.shells[0]
+        weight = mesh.node_areas * shell.thickness * shell.material.density
+        yield np.arange(len(weight)), weight[:, None] * np.asarray(scene.gravity)[None, :dim], 0.0
+
+
+def node_moments(scene: Scene, mesh: SurfaceMesh):
+    """For forces.loads: (node numbers, (n, 3) moments, rise) of every NodalMoment, shared by node area."""
+    for load in scene.moments:
+        i = np.flatnonzero(inside(load.where, mesh.points))
+        share = mesh.node_areas[i] / mesh.node_areas[i].sum()
+        yield i, share[:, None] * np.asarray(load.total)[None, :], _rise(load.history)
 
 
 def node_motions(scene: Scene, mesh: SurfaceMesh, dim: int):

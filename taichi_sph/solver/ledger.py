@@ -39,14 +39,19 @@ class Ledger:
     def entries(self) -> dict[str, float]:
         """All entries, B_percent and closed_residual_percent."""
         sim, total = self.sim, self.reducer.total
-        kinetic = self.kinetic()
+        still = sim.relaxation is not None
+        kinetic = 0.0 if still else self.kinetic()
         elastic = self.stored()
         damage = (total(sim.cells.lost, sim.cells.n) if sim.material.damages else 0.0) + sim.internal.lost(self.reducer)
         released = sim.rupture.released
         taken = {"viscous": 0.0, "filter": 0.0}
         for term in sim.terms:
             taken[term.entry] += term.taken(self.reducer)
-        external = total(sim.loads.work, sim.nodes.n) if sim.loads.acts else 0.0
+        if still:
+            external = sim.relaxation.work
+        else:
+            external = total(sim.loads.work, sim.nodes.n) if sim.loads.acts else 0.0
+        external += sum(pressure.done(self.reducer) for pressure in sim.pressures)
         given = external + self.injected
         scale = abs(given) or max(kinetic + elastic, 1e-300)
         total_energy = kinetic + elastic + damage + released - given

@@ -13,12 +13,14 @@ from ..forces.collocation import Collocation
 from ..forces.edge_filter import THESIS_STEP, EdgeFilter
 from ..forces.galerkin import Galerkin
 from ..forces.loads import Loads
+from ..forces.pressure import SurfacePressure
 from ..forces.viscosity import PairViscosity
-from ..model.build import build, initial_velocity, node_forces, node_motions
+from ..model.build import build, initial_velocity, node_forces, node_moments, node_motions
 from ..model.cuts import cells_cut
 from ..output.frame import BodyFrame, Frame
 from ..scene.schema import Scene
 from .ledger import Ledger
+from .relax import Relaxation
 from .rupture import Rupture
 from .stable_dt import StableStep
 from .step import step
@@ -46,7 +48,12 @@ class Simulation:
             self.nodes,
             list(node_forces(scene, self.mesh, self.nodes.dim)),
             list(node_motions(scene, self.mesh, self.nodes.dim)),
+            list(node_moments(scene, self.mesh)),
         )
+        self.pressures = [
+            SurfacePressure(k, self.internal, self.cells, p.value, getattr(p.history, "rise", 0.0), p.kind == "follower")
+            for k, p in enumerate(scene.pressures)
+        ]
         self.ledger = Ledger(self)
         self.rupture = Rupture(self)
         self.watchdog = Watchdog(self)
@@ -58,6 +65,10 @@ class Simulation:
         self.stable = StableStep(self)
         self._fit_dt()
         self._dt_before = 0.0  # v_0 is given at t = 0: the first kick is half a step
+        self.relaxation = None
+        if scene.static is not None:
+            self.relaxation = Relaxation(self, scene.static.residual, scene.static.max_steps)
+            self.dt = scene.duration / scene.static.increments
         self.internal.strain(0.0)  # so that the first step finds its kernels ready
         runtime.ti.sync()
         self.compile_seconds = clock.perf_counter() - began
@@ -90,6 +101,8 @@ class Simulation:
     @property
     def dt_rule(self) -> str:
         """What rules dt, in words."""
+        if self.relaxation is not None:
+            return f"{self.scene.static.increments} equal load increments"
         return f"{self.stable.safety:g} of the operator's limit 2/omega_max = {2 / self.stable.frequency:.4g} s"
 
     @property
@@ -109,7 +122,15 @@ class Simulation:
         return max(0, round((self.scene.duration - self.time) / self.dt))
 
     def advance(self, steps: int) -> None:
-        """That many steps; RunStopped when the watchdog sees nonsense at the end of them."""
+        """That many steps; RunStopped when the watchdog sees nonsense at the end of them.
+
+        Of a static scene: that many load increments, each brought to equilibrium.
+        """
+        if self.relaxation is not None:
+            for _ in range(steps):
+                self.time += self.dt
+                self.relaxation.settle(self.time)
+            return
         for _ in range(steps):
             step(self, self._dt_before, self.dt)
             if self.step == 0:
@@ -135,6 +156,8 @@ class Simulation:
 
     def status(self) -> dict[str, int]:
         """Small numbers for the progress line."""
+        if self.relaxation is not None:
+            return {"relaxation_steps": self.relaxation.steps}
         return {"broken": self.rupture.broken - len(self.cut_cells), "fragments": self.rupture.fragments}
 
     def frame(self) -> Frame:
@@ -156,6 +179,8 @@ class Simulation:
             "velocity": three(runtime.get(self.nodes.v, n)),
             "fragment": runtime.get(self.nodes.fragment, n).astype(np.uint8),
         }
+        if self.nodes.bends:
+            point_data["director"] = runtime.get(self.nodes.N, n) + runtime.get(self.nodes.d, n)
         points = self.mesh.points + three(runtime.get(self.nodes.u, n))
         body = BodyFrame(self.shell.name, points, self.mesh.cells, point_data, cell_data)
         return Frame(self.time, self.step, (body,))
@@ -177,7 +202,7 @@ class Simulation:
         }
         if nodes.bends:
             fields |= {"nodes.d": (nodes.d, nodes.n), "nodes.omega": (nodes.omega, nodes.n)}
-        if self.loads.moves and nodes.bends:
+        if nodes.bends and (self.loads.moves or self.loads.twists):
             fields |= {"loads.ahead_spin": (self.loads.ahead_spin, nodes.n)}
         if self.loads.acts:
             fields |= {"loads.work": (self.loads.work, nodes.n), "loads.ahead": (self.loads.ahead, nodes.n)}
@@ -192,7 +217,7 @@ class Simulation:
             **self.rupture.state(),
             **self.stable.state(),
             **self.internal.state(),
-            **{name: value for term in self.terms for name, value in term.state().items()},
+            **{name: value for term in [*self.terms, *self.pressures] for name, value in term.state().items()},
         }
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
@@ -213,5 +238,5 @@ class Simulation:
         self.rupture.restore(state)
         self.stable.restore(state)
         self.internal.restore(state)
-        for term in self.terms:
+        for term in [*self.terms, *self.pressures]:
             term.restore(state)

@@ -64,7 +64,8 @@ class Operator:
     along the director is projected out. `close` puts the displacements back.
     """
 
-    def __init__(self, sim):
+    def __init__(self, sim, across: np.ndarray | None = None):
+        """across (N,): weight across the shell over weight along it, where masses are fictitious (relax)."""
         self.sim = sim
         nodes, n = sim.nodes, sim.nodes.n
         self.u0 = runtime.get(nodes.u, n)
@@ -77,6 +78,7 @@ class Operator:
             self.N = runtime.get(nodes.N, n).astype(np.float64)
             inertia = np.sqrt(runtime.get(nodes.inertia, n).astype(np.float64))[:, None] * np.ones(3)
             self.root = np.hstack([self.root, inertia])
+        self.lighter = None if across is None else 1.0 / np.sqrt(across) - 1.0
         self.shape = self.root.shape
 
     def _across(self, y: np.ndarray) -> np.ndarray:
@@ -88,7 +90,7 @@ class Operator:
 
     def __call__(self, y: np.ndarray) -> np.ndarray:
         sim, nodes, n = self.sim, self.sim.nodes, self.sim.nodes.n
-        w = self._across(y) / self.root
+        w = self._lighten(self._across(y) / self.root)
         # one size for displacements and for director changes, both small against 1 in their own unit
         largest = np.abs(w[:, : nodes.dim]).max() / sim.spacing
         if nodes.bends:
@@ -102,7 +104,14 @@ class Operator:
         force = runtime.get(nodes.force, n).astype(np.float64)
         if nodes.bends:
             force = np.hstack([force, runtime.get(nodes.couple, n).astype(np.float64)])
-        return self._across(-force / size / self.root)
+        return self._across(self._lighten(-force / size / self.root))
+
+    def _lighten(self, y: np.ndarray) -> np.ndarray:
+        """The rest of M^-1/2 where a node weighs less across the shell than along it."""
+        if self.lighter is None or self.N is None:
+            return y
+        normal = self.lighter * np.einsum("ni,ni->n", y[:, :3], self.N)
+        return np.hstack([y[:, :3] + normal[:, None] * self.N, y[:, 3:]])
 
     def close(self) -> None:
         runtime.put(self.sim.nodes.u, self.u0)
@@ -110,9 +119,9 @@ class Operator:
             runtime.put(self.sim.nodes.d, self.d0)
 
 
-def largest_frequency(sim, iterations: int = 40, start: np.ndarray | None = None) -> tuple[float, np.ndarray]:
+def largest_frequency(sim, iterations: int = 40, start: np.ndarray | None = None, across=None) -> tuple[float, np.ndarray]:
     """(omega_max [rad/s] with its error bound added, Ritz vector in mass-weighted displacements)."""
-    operator = Operator(sim)
+    operator = Operator(sim, across)
     q = np.random.default_rng(0).standard_normal(operator.shape) if start is None else start
     basis = [q / np.linalg.norm(q)]
     H = np.zeros((iterations + 1, iterations))

@@ -19,6 +19,8 @@ def step(sim, dt_before: float, dt: float) -> None:
     """Advance `sim` by dt; dt_before is the step that led to the present time."""
     sim.internal.strain(dt)
     sim.rupture.happen()
+    for pressure in sim.pressures:
+        pressure.press(sim.time)
     sim.internal.force()
     for term in sim.terms:
         term.add(dt)
@@ -36,7 +38,7 @@ def _kick_and_drift(
         force = nodes.force[i]
         push = force * 0.0  # all that acts from outside, reactions included
         if ti.static(loads.pushes):
-            push = loads.external[i]
+            push = loads.force.total[i]
             force += push
         after = before + kick / nodes.mass[i] * force
         if ti.static(loads.moves):
@@ -70,6 +72,11 @@ def _turn(nodes: ti.template(), loads: ti.template(), i, kick, dt_before, dt, ha
     n = nodes.N[i] + nodes.d[i]
     before = nodes.omega[i]
     torque = n.cross(nodes.couple[i])
+    twist = torque * 0.0  # all that turns from outside, reactions included
+    if ti.static(loads.twists):
+        moment = loads.moment.total[i]
+        twist = moment - moment.dot(n) * n
+        torque += twist
     after = before + kick / nodes.inertia[i] * torque
     if ti.static(loads.moves):
         if nodes.fixed[i] > 0:
@@ -78,9 +85,11 @@ def _turn(nodes: ti.template(), loads: ti.template(), i, kick, dt_before, dt, ha
             for c in ti.static(range(3)):
                 if loads.spin_mask[g][c] == 1:
                     after[c] = loads.spin[g][c] * history(half_time, loads.rise[g])
-            reaction = nodes.inertia[i] / kick * (after - free)
-            loads.work[i] += loads.ahead_spin[i] + 0.5 * dt_before * reaction.dot(before)
-            loads.ahead_spin[i] = 0.5 * dt * reaction.dot(after)
+            twist += nodes.inertia[i] / kick * (after - free)
+    if ti.static(loads.twists or loads.moves):
+        if any(twist != 0.0):
+            loads.work[i] += loads.ahead_spin[i] + 0.5 * dt_before * twist.dot(before)
+            loads.ahead_spin[i] = 0.5 * dt * twist.dot(after)
     theta = dt * after
     angle = theta.norm()
     sinc, versine = 1.0 - angle * angle / 6.0, 0.5 - angle * angle / 24.0
