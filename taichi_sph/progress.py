@@ -62,13 +62,15 @@ class Progress:
         """The state of the run, as often as it is known; shown as often as it is of use."""
         now = time.monotonic()
         if self.terminal:
+            from rich.text import Text
+
             if self.live is None:
                 from rich.console import Console
                 from rich.live import Live
 
                 self.live = Live(console=Console(file=self.stream), refresh_per_second=4, transient=True)
                 self.live.start()
-            self.live.update(text)
+            self.live.update(Text(text))
         elif force or now - self._last >= QUIET:
             print(text, file=self.stream, flush=True)
         if force or now - self._last >= QUIET:
