@@ -5,7 +5,21 @@ from __future__ import annotations
 import numpy as np
 
 from taichi_sph import runtime
-from taichi_sph.scene import Cut, Delay, InitialVelocity, Material, Mazars, Numerics, Plate, Scene, Shell
+from taichi_sph.scene import (
+    Box,
+    Cut,
+    Delay,
+    InitialVelocity,
+    Material,
+    Mazars,
+    NodalForce,
+    Numerics,
+    Plate,
+    PrescribedVelocity,
+    Ramp,
+    Scene,
+    Shell,
+)
 
 SIDE, CELLS = 12e-3, 12  # most tests share this size, so that they share compiled kernels
 THICKNESS = 4e-3
@@ -133,3 +147,29 @@ def same_state(a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> list[str]:
     """Names of the entries that differ by a bit (nan equals nan)."""
     assert a.keys() == b.keys()
     return [k for k in a if np.asarray(a[k]).tobytes() != np.asarray(b[k]).tobytes()]
+
+
+def crack() -> Cut:
+    """Half of the side, at mid-height."""
+    return Cut(start=(0, SIDE / 2, 0), end=(SIDE / 2, SIDE / 2, 0))
+
+
+def tearing(formulation: str = "galerkin", **more) -> Scene:
+    """A pre-cracked brittle plate whose halves fly apart; a ramp of force and a held corner take part too."""
+    tenth = SIDE / 10
+    return plate_scene(
+        formulation=formulation,
+        brittle=True,
+        cuts=[crack()],
+        duration=2e-5,
+        initial=[
+            InitialVelocity(shell="plate", where=Box(lo=(None, SIDE / 2, None)), velocity=(0, 1.5, 0)),
+            InitialVelocity(shell="plate", where=Box(hi=(None, SIDE / 2, None)), velocity=(0, -1.5, 0)),
+        ],
+        forces=[
+            NodalForce(shell="plate", where=Box(hi=(tenth, None, None)), total=(-20, 0, 0), history=Ramp(rise=1e-5)),
+            NodalForce(shell="plate", where=Box(lo=(SIDE - tenth, None, None)), total=(20, 0, 0)),
+        ],
+        motions=[PrescribedVelocity(shell="plate", where=Box(lo=(None, SIDE - tenth, None)), velocity=(None, 1.5, None))],
+        **more,
+    )
