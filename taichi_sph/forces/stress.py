@@ -95,10 +95,11 @@ def resultants(cells: ti.template(), material: ti.template(), s, u1, u2, d1, d2,
         if intact == 0:
             before = cells.delayed[s]
             after = before
-            D = ti.max(
-                cells.damage[s],
-                mazars.damage(driving_strain(material, g), material.threshold[0], material.A[0], material.B[0]),
-            )
+            D = mazars.damage(driving_strain(material, g), material.threshold[0], material.A[0], material.B[0])
+            if ti.static(cells.spares):
+                if cells.sound[s] == 1:
+                    D *= 0.0
+            D = ti.max(D, cells.damage[s])
             if ti.static(material.delays):
                 if D > before:
                     after = delay.advance(before, D, material.a[0], material.tau_c[0], dt)

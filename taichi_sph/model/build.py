@@ -31,7 +31,9 @@ def build(scene: Scene) -> Model:
     mass = mesh.node_areas * shell.thickness * shell.material.density
     inertia = mass * rotary(mesh.node_spacing, shell.thickness, scene.numerics) if bends else None
     nodes = Nodes(mesh, mass, inertia)
-    return Model(mesh, nodes, Cells(mesh, nodes), MaterialPool(shell.material, shell.thickness, bends))
+    spared = [inside(region, mesh.centres) for region in shell.sound]
+    cells = Cells(mesh, nodes, np.any(spared, axis=0) if spared else None)
+    return Model(mesh, nodes, cells, MaterialPool(shell.material, shell.thickness, bends))
 
 
 def rotary(spacing: np.ndarray, thickness: float, numerics) -> np.ndarray:

@@ -49,7 +49,8 @@ class Cells:
     rigid motion strains nothing, to rounding.
     """
 
-    def __init__(self, mesh: SurfaceMesh, nodes: Nodes):
+    def __init__(self, mesh: SurfaceMesh, nodes: Nodes, sound: np.ndarray | None = None):
+        """sound (M,) bool: cells that are never damaged; None where there is none."""
         self.n = n = len(mesh.cells)
         self.nodes_X = nodes.X
         self.n_corners = runtime.new("cells.n_corners", n, dtype="i32")
@@ -75,6 +76,10 @@ class Cells:
             self.director_2 = runtime.new("cells.director_2", n, 3)
             self.shear = runtime.new("cells.shear", n)  # N/m, G_s: transverse shear stiffness
         self.lost = runtime.new("cells.lost", n)  # J, taken by damage so far
+        self.spares = sound is not None
+        if self.spares:
+            self.sound = runtime.new("cells.sound", n, dtype="i32")  # 1: never damaged
+            runtime.put(self.sound, sound.astype(np.int32))
         self.new = runtime.new("cells.new", n, dtype="i32")  # cells that break in this step
         self.n_new = runtime.new("cells.n_new", 1, dtype="i32")
         self.start_of_node = runtime.new("nodes.cell_start", nodes.n + 1, dtype="i32")

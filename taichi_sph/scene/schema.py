@@ -59,6 +59,35 @@ class Material(Frozen):
         return self
 
 
+# --- where ---------------------------------------------------------------------------------------
+
+
+class Box(Frozen):
+    """Reference points with lo <= X <= hi; None leaves a side open."""
+
+    kind: Literal["box"] = "box"
+    lo: tuple[Length | None, Length | None, Length | None] = (None, None, None)
+    hi: tuple[Length | None, Length | None, Length | None] = (None, None, None)
+
+    @model_validator(mode="after")
+    def _has_inside(self) -> "Box":
+        for axis, lo, hi in zip("xyz", self.lo, self.hi):
+            if lo is not None and hi is not None and lo > hi:
+                raise ValueError(f"lo is above hi along {axis} ({lo:g} m > {hi:g} m): the box holds nothing")
+        return self
+
+
+class Ball(Frozen):
+    """Reference points within `radius` of `centre`."""
+
+    kind: Literal["ball"] = "ball"
+    centre: Point
+    radius: Annotated[Length, Field(gt=0)]
+
+
+Region = Annotated[Box | Ball, *Choice]
+
+
 # --- bodies -------------------------------------------------------------------------------------
 
 
@@ -88,6 +117,7 @@ class Shell(Frozen):
     material: Material
     motion: Literal["in_plane", "free"] = "in_plane"
     cuts: tuple[Cut, ...] = ()
+    sound: tuple[Region, ...] = ()  # no damage here: where a support's rubber, not modelled, spreads its load
 
     @model_validator(mode="after")
     def _believable(self) -> "Shell":
@@ -102,33 +132,7 @@ class Shell(Frozen):
         return self
 
 
-# --- where, and how a load varies ----------------------------------------------------------------
-
-
-class Box(Frozen):
-    """Reference points with lo <= X <= hi; None leaves a side open."""
-
-    kind: Literal["box"] = "box"
-    lo: tuple[Length | None, Length | None, Length | None] = (None, None, None)
-    hi: tuple[Length | None, Length | None, Length | None] = (None, None, None)
-
-    @model_validator(mode="after")
-    def _has_inside(self) -> "Box":
-        for axis, lo, hi in zip("xyz", self.lo, self.hi):
-            if lo is not None and hi is not None and lo > hi:
-                raise ValueError(f"lo is above hi along {axis} ({lo:g} m > {hi:g} m): the box holds nothing")
-        return self
-
-
-class Ball(Frozen):
-    """Reference points within `radius` of `centre`."""
-
-    kind: Literal["ball"] = "ball"
-    centre: Point
-    radius: Annotated[Length, Field(gt=0)]
-
-
-Region = Annotated[Box | Ball, *Choice]
+# --- how a load varies ----------------------------------------------------------------------------
 
 
 class Step(Frozen):
