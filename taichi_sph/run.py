@@ -387,6 +387,8 @@ def tell_plan(scene: Scene, p: Plan, progress: Progress) -> None:
             f"  {body.name}: {body.nodes} nodes, {body.stress_points} stress points, spacing {spacing}, "
             f"thickness {show(body.thickness, 'm')}, {mass}"
         )
+        if body.note:
+            progress.say(f"  {body.name}: {body.note}")
     n = scene.numerics
     progress.say(f"  {n.formulation.kind}, {n.precision}, duration {show(scene.duration, 's')}")
     progress.say(

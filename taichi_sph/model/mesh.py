@@ -174,7 +174,7 @@ def plate(
     if cells == "quad":
         connectivity = quads
     elif irregularity > 0:
-        connectivity = _delaunay(points[:, :2])
+        connectivity = delaunay(points[:, :2])
     else:
         even = ((corner % (nx + 1)) + corner // (nx + 1)) % 2 == 0
         one = np.where(even[:, None], quads[:, [0, 1, 2]], quads[:, [0, 1, 3]])
@@ -186,7 +186,7 @@ def plate(
     return SurfaceMesh(points + np.asarray(origin), full, float(d))
 
 
-def _delaunay(xy: np.ndarray) -> np.ndarray:
+def delaunay(xy: np.ndarray) -> np.ndarray:
     """Counter-clockwise Delaunay triangles in the order of their first node; flat ones on the hull dropped."""
     from scipy.spatial import Delaunay
 

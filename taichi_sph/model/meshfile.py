@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import io
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ import numpy as np
 
 from ..errors import SceneError
 from .mesh import SurfaceMesh
+from .normals import fitted_normals
 
 READABLE = (".msh", ".inp", ".vtu", ".vtk", ".stl", ".ply", ".obj", ".off", ".bdf", ".nas", ".med", ".xdmf", ".mesh")
 FLAT = 1e-3  # a cell whose smallest height is below this part of its longest side is a sliver
@@ -45,7 +47,7 @@ def read_mesh(path: Path | str, scale: float = 1.0, plane: bool = False) -> Surf
             f"mesh {path.name}: node {node + 1} has z = {points[node, 2]:.6g} m, others {np.median(points[:, 2]):.6g} m; "
             "a body with motion 'in_plane' needs a plane mesh, z = constant"
         )
-    return mesh
+    return mesh if plane else replace(mesh, normals=fitted_normals(mesh))
 
 
 def _read(path: Path) -> Any:

@@ -11,12 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import SceneError
-from ..scene.schema import Plate, Scene, Shell
+from ..scene.schema import Scene, Shell
+from ..scene.surfaces import MeshFile, Plate
 from ..scene.units import show
 from .cuts import cells_cut
-from .mesh import SurfaceMesh, plate
+from .mesh import SurfaceMesh
 from .meshfile import read_mesh
+from .normals import report
 from .regions import inside
+from .surfaces import generate
 
 # measured on scenes/beam_impact.py, f64: bytes of fields per node by formulation and cells; bending adds to them
 BYTES_PER_NODE = {
@@ -37,7 +40,8 @@ RELAXATION = 2000  # force evaluations to the equilibrium of one load increment,
 
 @dataclass(frozen=True)
 class BodyPlan:
-    """One body: counts, masses [kg], lengths [m]. `analytic_mass` is None where no formula gives it."""
+    """One body: counts, masses [kg], lengths [m]. `analytic_mass` is None where no formula gives it;
+    `note` says whether the surface is closed."""
 
     name: str
     nodes: int
@@ -48,6 +52,7 @@ class BodyPlan:
     spacing_min: float
     spacing_max: float
     dt: float
+    note: str = ""
 
 
 @dataclass(frozen=True)
@@ -68,10 +73,8 @@ class Plan:
 
 def mesh_of(shell: Shell, scene: Scene) -> SurfaceMesh:
     """The mid-surface of a shell, generated or read."""
-    n = scene.numerics
-    if isinstance(shell.surface, Plate):
-        s = shell.surface
-        return plate(s.length, s.width, n.spacing, n.cells, n.irregularity, n.seed, s.origin)
+    if not isinstance(shell.surface, MeshFile):
+        return generate(shell.surface, scene.numerics)
     return read_mesh(shell.surface.path, shell.surface.scale, plane=shell.motion == "in_plane")
 
 
@@ -110,11 +113,11 @@ def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:
     edge = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     m = shell.material
     n = scene.numerics
-    generated = isinstance(shell.surface, Plate)
-    finest = mesh.spacing if generated else float(mesh.node_spacing.min())
+    generated = not isinstance(shell.surface, MeshFile)
+    finest = mesh.spacing if isinstance(shell.surface, Plate) else float(mesh.node_spacing.min())
     factor = STEP[n.formulation.kind, _cells(mesh)] * (1 - n.irregularity**2 if generated else 1.0)
     dt = n.time_step_safety * factor * finest * math.sqrt(m.density * (1 - m.poisson**2) / m.young)
-    area = shell.surface.length * shell.surface.width if isinstance(shell.surface, Plate) else None
+    area = None if isinstance(shell.surface, MeshFile) else shell.surface.area
     return BodyPlan(
         name=shell.name,
         nodes=len(mesh.points),
@@ -125,6 +128,7 @@ def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:
         spacing_min=float(edge.min()),
         spacing_max=float(edge.max()),
         dt=dt,
+        note=report(mesh),
     )
 
 
