@@ -22,12 +22,6 @@ class Reducer:
         _block_sums(self.partial, values, n, used)
         return float(np.sum(runtime.get(self.partial, used)))
 
-    def energy(self, weight, density, n: int) -> float:
-        """Sum of weight * density."""
-        used = max(1, -(-n // BLOCK))
-        _block_products(self.partial, weight, density, n, used)
-        return float(np.sum(runtime.get(self.partial, used)))
-
 
 @ti.kernel
 def _block_sums(partial: ti.template(), values: ti.template(), n: ti.i32, blocks: ti.i32):
@@ -35,13 +29,4 @@ def _block_sums(partial: ti.template(), values: ti.template(), n: ti.i32, blocks
         s = ti.cast(0.0, ti.f64)
         for i in range(b * BLOCK, ti.min(n, (b + 1) * BLOCK)):
             s += ti.cast(values[i], ti.f64)
-        partial[b] = s
-
-
-@ti.kernel
-def _block_products(partial: ti.template(), weight: ti.template(), density: ti.template(), n: ti.i32, blocks: ti.i32):
-    for b in range(blocks):
-        s = ti.cast(0.0, ti.f64)
-        for i in range(b * BLOCK, ti.min(n, (b + 1) * BLOCK)):
-            s += ti.cast(weight[i], ti.f64) * ti.cast(density[i], ti.f64)
         partial[b] = s
