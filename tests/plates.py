@@ -42,6 +42,7 @@ def plate_scene(
     velocity: tuple[float, float, float] | None = None,
     duration: float = 1e-4,
     safety: float = 0.9,
+    motion: str = "in_plane",
     **more,
 ) -> Scene:
     """A free plate with its corner at the origin; `more` goes to the Scene."""
@@ -58,6 +59,7 @@ def plate_scene(
                 surface=Plate(length=length, width=width),
                 thickness=THICKNESS,
                 material=Material(**constants),
+                motion=motion,
                 cuts=list(cuts),
             )
         ],
