@@ -88,8 +88,8 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6) -> Plan:
     dt = min(body.dt for body in bodies)
     steps = math.ceil(scene.duration / dt)
     work = steps  # evaluations of the forces
-    if scene.static is not None:
-        steps = scene.static.increments
+    if scene.increments is not None:
+        steps = scene.increments
         dt, work = scene.duration / steps, steps * RELAXATION
     kinds = {body.name: (scene.numerics.formulation.kind, _cells(meshes[body.name])) for body in bodies}
     memory = sum(

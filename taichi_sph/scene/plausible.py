@@ -97,6 +97,14 @@ def scene(s: "Scene") -> None:
             f"numerics.formulation '{s.numerics.formulation.kind}' computes motion 'in_plane' only, and shell '{free[0]}' "
             "is 'free'; use 'galerkin'"
         )
+    kinds = [key for key in ("static", "modes", "limit") if getattr(s, key) is not None]
+    if len(kinds) > 1:
+        raise ValueError(f"{kinds[0]} and {kinds[1]} are both set: a scene asks for one of them")
+    for number, probe in enumerate(s.output.probes):
+        if probe.shell not in names:
+            raise ValueError(f"output.probes[{number}].shell: there is no shell '{probe.shell}'{nearest(probe.shell, names)}")
+        if probe.name in [p.name for p in s.output.probes[:number]]:
+            raise ValueError(f"output.probes[{number}].name: '{probe.name}' is taken")
     asked: list[tuple[str, dict[str, object]]] = []
     for quantity in s.quantities:
         if (quantity.name, quantity.options) in asked:
@@ -133,8 +141,8 @@ def _size(s: "Scene") -> None:
         raise ValueError(
             f"numerics.spacing {show(spacing, 'm')} gives {nodes:.2g} nodes; at most {MAX_NODES / 1e6:g} million are allowed"
         )
-    if s.static is not None:
-        return  # the duration of a static scene is a pseudo-time
+    if s.increments is not None:
+        return  # their duration is a pseudo-time
     steps = s.duration * fastest / (0.5 * spacing)
     if steps > MAX_STEPS:
         raise ValueError(

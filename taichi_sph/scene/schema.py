@@ -267,6 +267,29 @@ class Static(Frozen):
     max_steps: Annotated[StrictInt, Field(ge=1)] = 1_000_000  # of relaxation, per increment
 
 
+class Modes(Frozen):
+    """The lowest natural modes about the reference instead of motion, loads left out: one pseudo-time step each,
+    `count` of them after the rigid ones. Held components of motions are held at 0."""
+
+    count: Annotated[StrictInt, Field(ge=1, le=200)] = 6
+
+
+class StepLimit(Frozen):
+    """The stability limit of the time step instead of motion: that of the operator beside the one at which random
+    motion begins to grow within `steps` steps, found by bisection to `resolution` of it."""
+
+    steps: Annotated[StrictInt, Field(ge=50, le=100_000)] = 600
+    resolution: Annotated[Dimensionless, Field(gt=0, lt=0.1)] = 1e-3
+
+
+class Probe(Frozen):
+    """Displacement and velocity of the node nearest to a reference point, in histories/probe_<name>.csv."""
+
+    name: Name
+    shell: str
+    point: Point
+
+
 class Output(Frozen):
     """What is kept: `frames` pictures over the run, `samples` points in each history."""
 
@@ -274,6 +297,7 @@ class Output(Frozen):
     samples: Annotated[StrictInt, Field(ge=1, le=1_000_000)] = 400
     checkpoints: Annotated[StrictInt, Field(ge=0, le=1000)] = 4
     keep_checkpoints: Annotated[StrictInt, Field(ge=1, le=1000)] = 2
+    probes: tuple[Probe, ...] = ()
 
 
 # --- what the run is to show ---------------------------------------------------------------------
@@ -308,6 +332,8 @@ class Scene(Frozen):
     initial: tuple[InitialVelocity, ...] = ()
     duration: Annotated[Time, Field(gt=0)]
     static: Static | None = None
+    modes: Modes | None = None
+    limit: StepLimit | None = None
     numerics: Numerics
     output: Output = Output()
     quantities: tuple[Quantity, ...] = ()
@@ -316,6 +342,15 @@ class Scene(Frozen):
     def _believable(self) -> "Scene":
         plausible.scene(self)
         return self
+
+    @property
+    def increments(self) -> int | None:
+        """Pseudo-time steps of a scene that asks for equilibrium, modes or a limit; None where time is time."""
+        if self.static is not None:
+            return self.static.increments
+        if self.modes is not None:
+            return self.modes.count
+        return 1 if self.limit is not None else None
 
     def derive(self, **changes: Any) -> "Scene":
         """A new scene with some keys changed: scene.derive(**{"numerics.spacing": "1 mm"})."""
