@@ -43,6 +43,7 @@ class SimulationLike(Protocol):
     compile_seconds: float
 
     def advance_to(self, time: float) -> None: ...
+    def probes(self) -> dict[str, dict[str, float]]: ...
     def frame(self) -> Any: ...
     def energies(self) -> dict[str, float]: ...
     def status(self) -> dict[str, Any]: ...
@@ -223,9 +224,17 @@ class _Session:
         self.history = HistoryWriter(out / "histories" / "energies.csv", columns, energies_at)
         self.counts = HistoryWriter(
             out / "histories" / "progress.csv",
-            {"time": "s", "step": "-", "dt": "s"} | {k: "-" for k in sim.status()},
+            {"time": "s", "step": "-", "dt": "s"} | {k: getattr(sim, "status_units", {}).get(k, "-") for k in sim.status()},
             resumed_at,
         )
+        self.probes = {
+            name: HistoryWriter(
+                out / "histories" / f"probe_{name}.csv",
+                {"time": "s"} | {k: "m/s" if k.startswith("v") else "m" for k in values},
+                resumed_at,
+            )
+            for name, values in (sim.probes() if scene.output.probes else {}).items()
+        }
         o = scene.output
         self.sample = Every(o.samples, scene.duration)
         self.picture = Every(o.frames, scene.duration)
@@ -254,6 +263,8 @@ class _Session:
         finally:
             self.history.close()
             self.counts.close()
+            for writer in self.probes.values():
+                writer.close()
             self.progress.close()
 
     def _loop(self) -> None:
@@ -292,6 +303,8 @@ class _Session:
             self.energies = sim.energies()
             self.history.append(self.energies)
             self.counts.append({"time": sim.time, "step": sim.step, "dt": sim.dt, **sim.status()})
+            for name, values in (sim.probes() if self.probes else {}).items():
+                self.probes[name].append({"time": sim.time, **values})
         if self.picture.due(self._now):
             self.frames.append(sim.frame())
         if self.save.due(self._now):

@@ -46,6 +46,13 @@ class Relaxation:
         self.work = 0.0  # J, of the loads: trapezoidal over the increments, which start from no load
         self._booked = None  # displacements, forces, directors, moments of the increment before
 
+    def status(self) -> dict[str, float]:
+        return {"relaxation_steps": self.steps, "residual": self.residual}
+
+    @property
+    def rule(self) -> str:
+        return f"{self.sim.scene.static.increments} equal load increments"
+
     def settle(self, time: float) -> None:
         """Equilibrium under the loads at pseudo-time `time`; RunStopped when it does not come."""
         sim = self.sim

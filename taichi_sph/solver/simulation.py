@@ -20,6 +20,8 @@ from ..model.cuts import cells_cut
 from ..output.frame import BodyFrame, Frame
 from ..scene.schema import Scene
 from .ledger import Ledger
+from .limit import LimitSearch
+from .modes import ModeSearch
 from .relax import Relaxation
 from .rupture import Rupture
 from .stable_dt import StableStep
@@ -42,6 +44,9 @@ class Simulation:
         model = build(scene)
         self.mesh, self.nodes, self.cells, self.material = model.mesh, model.nodes, model.cells, model.material
         self.spacing = self.mesh.spacing
+        self._probed = [
+            (p, int(np.argmin(np.linalg.norm(self.mesh.points - np.asarray(p.point), axis=1)))) for p in scene.output.probes
+        ]
         self.time, self.step, self.dt, self._dt_before = 0.0, 0, 0.0, 0.0
         self.internal, self.terms = self._formulation()
         self.loads = Loads(
@@ -68,7 +73,12 @@ class Simulation:
         self.relaxation = None
         if scene.static is not None:
             self.relaxation = Relaxation(self, scene.static.residual, scene.static.max_steps)
-            self.dt = scene.duration / scene.static.increments
+        elif scene.modes is not None:
+            self.relaxation = ModeSearch(self, scene.modes.count)
+        elif scene.limit is not None:
+            self.relaxation = LimitSearch(self, scene.limit.steps, scene.limit.resolution)
+        if self.relaxation is not None:
+            self.dt = scene.duration / scene.increments
         self.internal.strain(0.0)  # so that the first step finds its kernels ready
         runtime.ti.sync()
         self.compile_seconds = clock.perf_counter() - began
@@ -102,7 +112,7 @@ class Simulation:
     def dt_rule(self) -> str:
         """What rules dt, in words."""
         if self.relaxation is not None:
-            return f"{self.scene.static.increments} equal load increments"
+            return self.relaxation.rule
         return f"{self.stable.safety:g} of the operator's limit 2/omega_max = {2 / self.stable.frequency:.4g} s"
 
     @property
@@ -157,8 +167,24 @@ class Simulation:
     def status(self) -> dict[str, int]:
         """Small numbers for the progress line."""
         if self.relaxation is not None:
-            return {"relaxation_steps": self.relaxation.steps}
+            return self.relaxation.status()
         return {"broken": self.rupture.broken - len(self.cut_cells), "fragments": self.rupture.fragments}
+
+    @property
+    def status_units(self) -> dict[str, str]:
+        """Units of the entries of `status` that have one."""
+        return getattr(self.relaxation, "units", {})
+
+    def probes(self) -> dict[str, dict[str, float]]:
+        """Displacement [m] and velocity [m/s] at the probes of the scene."""
+        return {
+            probe.name: {
+                f"{letter}_{axis}": float(field[i][c]) if c < self.nodes.dim else 0.0
+                for letter, field in (("u", self.nodes.u), ("v", self.nodes.v))
+                for c, axis in enumerate("xyz")
+            }
+            for probe, i in self._probed
+        }
 
     def frame(self) -> Frame:
         """The shell now: see BodyFrame for names and units."""
