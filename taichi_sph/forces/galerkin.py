@@ -106,7 +106,7 @@ class Galerkin:
         """Tangents, areas, directors and side coefficients of the reference, by the operator itself."""
         sides, areas = _sides(mesh)
         X = mesh.points - mesh.points.mean(axis=0)
-        edge_X = self._row_values(X)
+        edge_X = self.rows.apply(X)
         tangents = _cell_sums(sides, mesh, edge_X)  # (M, 2, 3)
         # a curved surface is not met exactly by its edge means: rescale so that the tangents are orthonormal
         metric = np.einsum("mai,mbi->mab", tangents, tangents)
@@ -124,7 +124,7 @@ class Galerkin:
             shares = _shares(mesh)
             runtime.put(self.share, shares.reshape(-1))
             N = mesh.node_normals
-            edge_N = self._row_values(N)
+            edge_N = self.rows.apply(N)
             slopes = _cell_sums(sides, mesh, edge_N)
             runtime.put(self.cells.director, _cell_sums(shares[:, :, None], mesh, edge_N)[:, 0])
             runtime.put(self.cells.director_1, np.ascontiguousarray(slopes[:, 0]))
@@ -134,20 +134,10 @@ class Galerkin:
     def _renew_left(self, mesh: SurfaceMesh) -> None:
         """c_i of every node."""
         N = mesh.node_normals
-        left = self._row_values(mesh.points - mesh.points.mean(axis=0))[self.n_edges :]
-        left_d = self._row_values(N)[self.n_edges :]
+        left = self.rows.apply(mesh.points - mesh.points.mean(axis=0))[self.n_edges :]
+        left_d = self.rows.apply(N)[self.n_edges :]
         runtime.put(self.left, np.einsum("ni,ni->n", left, N))
         runtime.put(self.left_d, np.einsum("ni,ni->n", left_d, N))
-
-    def _row_values(self, of_node: np.ndarray) -> np.ndarray:
-        """(N, 3) -> (R, 3): the rows applied to a field of the nodes."""
-        import scipy.sparse
-
-        rows = self.rows
-        start = runtime.get(rows.start, rows.n + 1)
-        shape = (rows.n, self.nodes.n)
-        coef = runtime.get(rows.coef, rows.pairs).astype(np.float64)
-        return scipy.sparse.csr_matrix((coef, runtime.get(rows.source, rows.pairs), start), shape) @ of_node
 
     def strain(self, dt: float, intact: int = 0) -> None:
         """Edge means, residual forces, stresses and side forces; advances damage over dt."""

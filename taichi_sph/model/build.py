@@ -39,15 +39,18 @@ def build(scene: Scene) -> Model:
 def rotary(spacing: np.ndarray, thickness: float, numerics) -> np.ndarray:
     """(N,) rotary inertia per mass [m2]: e^2/12, raised so that turning does not rule the step.
 
-    With the bounded shear the fastest director turns at about sqrt(1 + 1/(alpha + (e/D)^2)) times the membrane
-    frequency, so raising e^2/12 by 1 + (1.2/alpha - 1) / (1 + (e/D)^2 / alpha), 12 at most for alpha = 0.1,
-    reaches the membrane's step (T 2.52 raises it by (D/e)^2, without bound).
+    galerkin: with the bounded shear the fastest director turns at about sqrt(1 + 1/(alpha + (e/D)^2)) times the
+    membrane frequency, so raising e^2/12 by 1 + (1.2/alpha - 1) / (1 + (e/D)^2 / alpha), 12 at most for
+    alpha = 0.1, reaches the membrane's step. Without the bound, I_opt = max(e^2, D^2)/12 (T 2.52), which raises it by
+    (D/e)^2 without limit.
     """
     alpha = numerics.formulation.shear_bound
-    raised = 1.0
-    if numerics.raised_inertia and alpha > 0:
-        raised = 1.0 + (1.2 / alpha - 1.0) / (1.0 + (thickness / spacing) ** 2 / alpha)
-    return raised * thickness**2 / 12.0 * np.ones_like(spacing)
+    own = thickness**2 / 12.0 * np.ones_like(spacing)
+    if not numerics.raised_inertia:
+        return own
+    if alpha == 0:
+        return np.maximum(own, spacing**2 / 12.0)
+    return own * (1.0 + (1.2 / alpha - 1.0) / (1.0 + (thickness / spacing) ** 2 / alpha))
 
 
 def node_forces(scene: Scene, mesh: SurfaceMesh, dim: int):

@@ -5,7 +5,7 @@ mean is kept). Its coefficients are
 
     "value"     mean of Phi_j                        edge means of the galerkin form
     "residual"  delta_ij - Phi_j at node i           what stabilises it
-    "gradient"  (Phi_j,1, Phi_j,2)                   the collocation form
+    "gradient"  (Phi_j,1, Phi_j,2)                   the collocation form; with `values` Phi_j as the third
 
 The pattern never grows after t = 0: rupture cuts links (bit by bit, one bit per evaluation point) and the
 MLS of the touched rows is made anew (T 2.3.6.4). The transposed list lets each source gather what its rows
@@ -24,7 +24,7 @@ from ..runtime import ti
 
 @ti.data_oriented
 class Links:
-    """CSR neighbourhoods. Public fields: start (R+1), source (P), coef (P) or (P, 2), alive (R)
+    """CSR neighbourhoods. Public fields: start (R+1), source (P), coef (P) or (P, 2 or 3), alive (R)
     and, where `transposed`, t_start (S+1), t_row (P), t_coef (P)."""
 
     def __init__(
@@ -41,6 +41,7 @@ class Links:
         order: np.ndarray,  # (R,) 0, 1 or 2
         residual_of: np.ndarray | None = None,  # (R,) source whose residual this row is, or -1
         gradient: bool = False,
+        values: bool = False,
         transposed: bool = False,
     ):
         self.name = name
@@ -48,7 +49,7 @@ class Links:
         self.n_sources = n_sources
         self.sources = sources
         self.dead_source = dead_source
-        self.gradient = gradient
+        self.gradient, self.values = gradient, values
         self.transposed = transposed
         n = self.n
         self.at = runtime.new(f"{name}.at", 2 * n, 3, "f64")
@@ -74,7 +75,7 @@ class Links:
         self.pairs = pairs
         self.source = runtime.new(f"{name}.source", pairs, dtype="i32")
         self.cut = runtime.new(f"{name}.cut", pairs, dtype="i8")
-        self.coef = runtime.new(f"{name}.coef", pairs, 2 if gradient else 0)
+        self.coef = runtime.new(f"{name}.coef", pairs, (3 if values else 2) if gradient else 0)
         if transposed:
             self.t_start = runtime.new(f"{name}.t_start", n_sources + 1, dtype="i32")
             self.t_row = runtime.new(f"{name}.t_row", pairs, dtype="i32")
@@ -102,6 +103,15 @@ class Links:
     def renew_touched(self, n_touched: int) -> None:
         """MLS of the rows that `cut_through` touched."""
         _renew(self, 1, n_touched)
+
+    def apply(self, of_source: np.ndarray, component: int | None = None) -> np.ndarray:
+        """(S, c) values of the sources -> (R, c): the rows applied to them (on the host, for what is made once)."""
+        import scipy.sparse
+
+        coef = runtime.get(self.coef, self.pairs).astype(np.float64)
+        coef = coef if component is None else np.ascontiguousarray(coef[:, component])
+        start, source = runtime.get(self.start, self.n + 1), runtime.get(self.source, self.pairs)
+        return scipy.sparse.csr_matrix((coef, source, start), (self.n, self.n_sources)) @ of_source
 
     def state(self) -> dict[str, np.ndarray]:
         """History: which links are cut, and which rows see themselves."""
@@ -212,10 +222,7 @@ def _renew(links: ti.template(), listed: ti.i32, count: ti.i32):
         if listed == 1:
             r = links.touched[m]
         for k in range(links.start[r], links.start[r + 1]):
-            if ti.static(links.gradient):
-                links.coef[k] = ti.Vector([0.0, 0.0])
-            else:
-                links.coef[k] = 0.0
+            links.coef[k] *= 0.0
         h = links.h[r]
         sound = 0  # evaluation points that see anything
         lowest = 2
@@ -296,7 +303,10 @@ def _renew(links: ti.template(), listed: ti.i32, count: ti.i32):
                                 p2 = -mls.monomial_slopes(d, 1) / h
                                 g1 = w * (mls.dot(c, p1, n) - mls.dot(b1, p, n)) + slope * d[0]
                                 g2 = w * (mls.dot(c, p2, n) - mls.dot(b2, p, n)) + slope * d[1]
-                                links.coef[k] += ti.Vector([g1, g2])
+                                if ti.static(links.values):
+                                    links.coef[k] += ti.Vector([g1, g2, w * mls.dot(c, p, n)])
+                                else:
+                                    links.coef[k] += ti.Vector([g1, g2])
                             else:
                                 links.coef[k] += w * mls.dot(c, p, n)
                     sound += 1

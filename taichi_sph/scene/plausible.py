@@ -91,11 +91,10 @@ def scene(s: "Scene") -> None:
                 _stays_in_plane(f"{key}[{number}]", key, load)
     if s.gravity is not None and s.gravity[2] and any(shell.motion == "in_plane" for shell in s.shells):
         raise ValueError("gravity: z must be 0, for the shell moves in its plane (motion = 'in_plane')")
-    free = [shell.name for shell in s.shells if shell.motion == "free"]
-    if free and s.numerics.formulation.kind != "galerkin":
+    if s.pressures and s.numerics.formulation.kind != "galerkin":
         raise ValueError(
-            f"numerics.formulation '{s.numerics.formulation.kind}' computes motion 'in_plane' only, and shell '{free[0]}' "
-            "is 'free'; use 'galerkin'"
+            f"pressures: numerics.formulation '{s.numerics.formulation.kind}' has no surface pressure; use 'galerkin', or "
+            "forces"
         )
     kinds = [key for key in ("static", "modes", "limit") if getattr(s, key) is not None]
     if len(kinds) > 1:

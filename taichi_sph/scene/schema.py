@@ -218,10 +218,11 @@ class InitialVelocity(Frozen):
 
 
 class Viscosity(Frozen):
-    """Artificial viscosity between node pairs (T 2.35, 2.36)."""
+    """Artificial viscosity between node pairs (T 2.35 to 2.38); gamma acts across a shell that bends."""
 
     alpha: Annotated[Dimensionless, Field(ge=0, le=10)] = 0.05
     beta: Annotated[Dimensionless, Field(ge=0, le=10)] = 0.1
+    gamma: Annotated[Dimensionless, Field(ge=0, le=10)] = 0.05
 
 
 class Galerkin(Frozen):
@@ -234,12 +235,15 @@ class Galerkin(Frozen):
 
 
 class Collocation(Frozen):
-    """The thesis's strong form (T 2.2), with its viscosity and its filter on crack edges (T 2.3.6.5)."""
+    """The thesis's strong form (T 2.2), with its viscosity and its filters on spins (T 2.39) and on crack edges
+    (T 2.3.6.5)."""
 
     kind: Literal["collocation"] = "collocation"
     support: Annotated[Dimensionless, Field(ge=1.0, le=2.0)] = 1.2
     viscosity: Viscosity = Viscosity()
     edge_filter: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.01
+    spin_filter: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.1  # eta
+    shear_bound: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.0  # alpha, as in Galerkin; the thesis has none
 
 
 Formulation = Annotated[Galerkin | Collocation, *Choice]
@@ -255,7 +259,7 @@ class Numerics(Frozen):
     formulation: Formulation = Galerkin()
     precision: Literal["f32", "f64"] = "f64"
     time_step_safety: Annotated[Dimensionless, Field(gt=0, le=1)] = 0.9
-    raised_inertia: StrictBool = True  # rotary inertia raised so that turning does not rule the step
+    raised_inertia: StrictBool = True  # rotary inertia raised so that turning does not rule the step (T 2.52)
 
 
 class Static(Frozen):

@@ -14,6 +14,7 @@ from ..forces.edge_filter import THESIS_STEP, EdgeFilter
 from ..forces.galerkin import Galerkin
 from ..forces.loads import Loads
 from ..forces.pressure import SurfacePressure
+from ..forces.spin_filter import SpinFilter
 from ..forces.viscosity import PairViscosity
 from ..model.build import build, initial_velocity, node_forces, node_moments, node_motions
 from ..model.cuts import cells_cut
@@ -92,6 +93,7 @@ class Simulation:
         material = self.shell.material
         sound = math.sqrt(material.young / material.density)
         terms = []
+        rate = sound / (THESIS_STEP * self.spacing)
         if settings.viscosity.alpha or settings.viscosity.beta:
             terms.append(
                 PairViscosity(
@@ -99,8 +101,9 @@ class Simulation:
                 )
             )
         if settings.edge_filter and self.material.breaks:
-            rate = settings.edge_filter * sound / (THESIS_STEP * self.spacing)
-            terms.append(EdgeFilter(self.nodes, self.cells, internal.pairs, rate))
+            terms.append(EdgeFilter(self.nodes, self.cells, internal.pairs, settings.edge_filter * rate))
+        if settings.spin_filter and self.nodes.bends:
+            terms.append(SpinFilter(self.nodes, internal.pairs, settings.spin_filter * rate))
         return internal, terms
 
     def _fit_dt(self) -> None:

@@ -72,9 +72,10 @@ def test_overlapping_motions_are_refused(tmp_path):
         plan(load(tmp_path, data))
 
 
-def test_collocation_does_not_bend(tmp_path):
+def test_collocation_has_no_surface_pressure(tmp_path):
     data = spoiled("shells.0.motion", "free")
-    plan(load(tmp_path, data))
     data["numerics"]["formulation"] = "collocation"
-    with pytest.raises(SceneError, match="computes motion 'in_plane' only"):
+    plan(load(tmp_path, data))
+    data["pressures"] = [{"shell": data["shells"][0]["name"], "value": "1 kPa"}]
+    with pytest.raises(SceneError, match="'collocation' has no surface pressure"):
         load(tmp_path, data)
