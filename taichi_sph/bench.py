@@ -1,7 +1,7 @@
 """`taichi-sph bench`: how fast the shell is here, and how far from what the memory of this machine allows.
 
-A node-step is one node, with its share of stress points, through one whole time step. Bytes per step count
-every array that a step touches once, and once more where it is written: what perfect caches would move.
+A node-step is one node, with its share of stress points, through one whole time step. Bytes per step count, for
+every kernel, each array that it reads or writes once (TRAFFIC): what perfect caches would move.
 """
 
 from __future__ import annotations
@@ -13,17 +13,43 @@ import subprocess
 import sys
 import tempfile
 import time as clock
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from .scene.schema import Plate, Scene
 
-SIZES = (10_000, 100_000, 1_000_000)
+SIZES = (10_000, 31_600, 100_000, 316_000, 1_000_000)
 SECONDS = 3.0  # of stepping per size
 WEDGE = 4e6  # Pa, on the faces of the crack
-# arrays of the set-up and of rupture events, which a step without rupture does not touch
-IDLE = (".at", ".t1", ".t2", ".h", ".cut", ".slot", ".own", ".order", ".touched", ".n_points", ".grid.", ".X", ".centre")
-WRITTEN = ("nodes.u", "nodes.v", "nodes.force", "edges.u", ".row_force", ".side_force", "cells.strain", "cells.damage", "cells.delayed")
+# What a step has to keep to: node-steps/s of the galerkin shell in f64 on two cores, its share of what the bytes and
+# the bandwidth allow, seconds to the end of the first step with empty and with full cache of kernels, seconds of B1.
+BARS = {"node_steps_per_second": 2.0e6, "share": 0.5, "cold": 15.0, "warm": 5.0, "branching": 30.0}
+
+# The arrays that each kernel of a galerkin step in the plane reads or writes, one letter per entry for how many of
+# them: N nodes, M cells, E edges, R rows (edges and nodes), P pairs, C corners of cells, S four sides per cell.
+# Gathers count each entry once, as a perfect cache would; what only a rupture or a growing damage touches is left out.
+TRAFFIC = {
+    "rows": {
+        "read": {"galerkin.start": "R", "galerkin.coef": "P", "galerkin.source": "P", "nodes.u": "N", "galerkin.k": "N",
+                 "galerkin.integrity": "N", "nodes.cell_start": "N", "nodes.cell": "C", "cells.broken": "M", "cells.delayed": "M"},
+        "write": {"edges.u": "E", "galerkin.residual": "N", "galerkin.row_force": "N"},
+    },
+    "cells": {
+        "read": {"cells.broken": "M", "cells.n_corners": "M", "cells.edge": "M", "cells.side": "S", "edges.u": "E", "cells.area": "M",
+                 "cells.a1": "M", "cells.a2": "M", "cells.damage": "M", "cells.delayed": "M", "cells.strain": "M"},
+        "write": {"cells.damage": "M", "cells.delayed": "M", "cells.strain": "M", "cells.side_force": "S"},
+    },
+    "edges": {"read": {"edges.sides": "E", "cells.side_force": "S"}, "write": {"galerkin.row_force": "E"}},
+    "nodes": {
+        "read": {"galerkin.t_start": "N", "galerkin.t_coef": "P", "galerkin.t_row": "P", "galerkin.row_force": "R"},
+        "write": {"nodes.force": "N"},
+    },
+    "motion": {
+        "read": {"nodes.u": "N", "nodes.v": "N", "nodes.force": "N", "nodes.mass": "N", "loads.force": "N"},
+        "write": {"nodes.u": "N", "nodes.v": "N", "nodes.kinetic": "N"},
+    },
+}  # fmt: skip
 
 FIRST_STEP = """
 import sys, time
@@ -82,48 +108,62 @@ def plate_scene(nodes: int, precision: str = "f64", formulation: str = "galerkin
     )
 
 
-def step_bytes(fields: dict[str, int]) -> int:
-    """Bytes that one step moves at least, from the sizes of the fields by name."""
-    total = 0
-    for name, size in fields.items():
-        if not any(part in name for part in IDLE):
-            total += size * (2 if name.endswith(WRITTEN) else 1)
-    return total
+def step_bytes(fields: dict[str, int], counts: dict[str, int], capacity: Callable[[int], int]) -> dict[str, float]:
+    """Bytes that one galerkin step has to move, kernel by kernel (TRAFFIC), from the sizes of the fields by name.
+
+    counts: entries by letter; capacity: the length that a field of so many entries is given.
+    """
+    return {
+        kernel: sum(
+            fields[name] * counts[letter] / capacity(counts[letter] + name.endswith("start"))
+            for moved in arrays.values()
+            for name, letter in moved.items()
+        )
+        for kernel, arrays in TRAFFIC.items()
+    }
 
 
-def measure(nodes: int, arch: str, threads: int | None, precision: str) -> dict[str, Any]:
+def measure(nodes: int, arch: str, threads: int | None, precision: str, formulation: str = "galerkin") -> dict[str, Any]:
     """Builds a plate of about `nodes` nodes and steps it for some seconds, ruptures included."""
     from . import runtime
     from .solver.simulation import Simulation
 
     began = clock.perf_counter()
-    sim = Simulation(plate_scene(nodes, precision), arch=arch, threads=threads)
+    sim = Simulation(plate_scene(nodes, precision, formulation), arch=arch, threads=threads)
     sim.advance(2)
     runtime.ti.sync()
     build = clock.perf_counter() - began
-    steps, spent, chunk = 0, 0.0, 1
+    steps, spent, chunk, best = 0, 0.0, 1, 0.0
     before = sim.status()["broken"]
     while spent < SECONDS:
         began = clock.perf_counter()
         sim.advance(chunk)
         runtime.ti.sync()
-        spent += clock.perf_counter() - began
-        steps += chunk
-        chunk = max(1, min(2 * chunk, int(steps / spent * SECONDS / 4)))
-    points = sim.n_nodes + sim.stress_points
-    moved = step_bytes(runtime.current().fields) * points / runtime.capacity(points)
-    return {
+        took = clock.perf_counter() - began
+        best = max(best, chunk / took)
+        spent, steps = spent + took, steps + chunk
+        chunk = max(1, min(2 * chunk, int(steps / spent * SECONDS / 6)))
+    found: dict[str, Any] = {
+        "formulation": formulation,
+        "precision": precision,
         "nodes": sim.n_nodes,
         "stress_points": sim.stress_points,
         "steps": steps,
         "broken": sim.status()["broken"] - before,
         "seconds_build": build,
         "node_steps_per_second": sim.n_nodes * steps / spent,
-        "particle_steps_per_second": points * steps / spent,
-        "bytes_per_particle_step": moved / points,
-        "bandwidth": moved * steps / spent,
+        "best_node_steps_per_second": sim.n_nodes * best,
+        "particle_steps_per_second": (sim.n_nodes + sim.stress_points) * steps / spent,
         "memory_per_node": sim.bytes / sim.n_nodes,
     }
+    if formulation == "galerkin":
+        rows = sim.internal.rows
+        n, m, e = sim.n_nodes, sim.stress_points, sim.internal.n_edges
+        counts = {"N": n, "M": m, "E": e, "R": rows.n, "P": rows.pairs, "C": int(sim.mesh.corners.sum()), "S": 4 * m}
+        moved = step_bytes(runtime.current().fields, counts, runtime.capacity)
+        found["pairs_per_node"] = rows.pairs / n
+        found["bytes_per_node_step"] = {kernel: size / n for kernel, size in moved.items()}
+    return found
 
 
 def first_step(arch: str) -> dict[str, float]:
@@ -144,29 +184,104 @@ def first_step(arch: str) -> dict[str, float]:
     return found
 
 
+def branching(arch: str, threads: int | None) -> dict[str, Any] | None:
+    """The crack-branching scene at the thesis's resolution, after compilation; None where there is no such scene here."""
+    from .scene.script import load_scene
+    from .solver.simulation import Simulation
+
+    path = Path("scenes/crack_branching.py")
+    if not path.is_file():
+        return None
+    sim = Simulation(load_scene(path, {"quality": "paper"}), arch=arch, threads=threads)
+    began = clock.perf_counter()
+    sim.advance(sim.steps_left)
+    seconds = clock.perf_counter() - began
+    return {
+        "nodes": sim.n_nodes,
+        "steps": sim.step,
+        "broken": sim.status()["broken"],
+        "seconds": seconds,
+        "node_steps_per_second": sim.n_nodes * sim.step / seconds,
+    }
+
+
+def exponent(rows: list[dict[str, Any]]) -> float:
+    """p in seconds per step ~ nodes^p, by least squares."""
+    x = [math.log(r["nodes"]) for r in rows]
+    y = [math.log(r["nodes"] / r["node_steps_per_second"]) for r in rows]
+    mx, my = sum(x) / len(x), sum(y) / len(y)
+    return sum((a - mx) * (b - my) for a, b in zip(x, y)) / sum((a - mx) ** 2 for a in x)
+
+
+def _line(r: dict[str, Any], limit: float) -> str:
+    """One row of the table; completes the row with what the bandwidth allows."""
+    line = (
+        f"{r['formulation']:12s} {r['precision']} {r['nodes']:8d} {r['stress_points']:8d} {r['steps']:6d} {r['broken']:7d}"
+        f" {r['node_steps_per_second'] / 1e6:11.2f} {r['particle_steps_per_second'] / 1e6:11.2f}"
+    )
+    if "bytes_per_node_step" in r:
+        moved = sum(r["bytes_per_node_step"].values())
+        r["gigabytes_per_second"] = moved * r["node_steps_per_second"] / 1e9
+        r["share_of_bandwidth"] = moved * r["node_steps_per_second"] / limit
+        line += f" {moved:9.0f} {r['gigabytes_per_second']:6.1f} {r['share_of_bandwidth']:7.0%}"
+    else:
+        line += " " * 25
+    return line + f" {r['seconds_build']:9.1f}"
+
+
+def _verdicts(content: dict[str, Any]) -> dict[str, bool]:
+    """Which bars are met. Speed and share are those of the galerkin shell in f64 at the size nearest to 1e5."""
+    plain = [r for r in content["sizes"] if r["formulation"] == "galerkin" and r["precision"] == "f64"]
+    met = {name: content["first_step_seconds"][name] <= BARS[name] for name in ("cold", "warm")}
+    if plain:
+        r = min(plain, key=lambda r: abs(math.log(r["nodes"] / 1e5)))
+        met["node_steps_per_second"] = r["node_steps_per_second"] >= BARS["node_steps_per_second"]
+        met["share"] = r["share_of_bandwidth"] >= BARS["share"]
+    if content["branching"]:
+        met["branching"] = content["branching"]["seconds"] <= BARS["branching"]
+    return met
+
+
 def main(sizes: tuple[int, ...], arch: str, threads: int | None, precision: str, out: Path | None = None) -> None:
     """Prints the table; `out` keeps it as JSON."""
     from .numerics.triad import bandwidth
     from .output.record import machine, versions
 
     about = machine()
-    print(f"{about['processor']}, {about['cores']} cores, {arch}, {precision}, threads {threads or 'all'}")
+    print(f"{about['processor']}, {about['cores']} cores, {arch}, threads {threads or 'all'}")
     limit = bandwidth(arch, threads)
     print(f"memory bandwidth (triad): {limit / 1e9:.1f} GB/s")
     started = first_step(arch)
     print(f"command to end of first step, 17 200 nodes: {started['cold']:.1f} s cold, {started['warm']:.1f} s warm")
-    print("   nodes  points    steps  broken  M node-steps/s  M particle-steps/s  B/particle-step  GB/s  of triad  build [s]")
-    rows = []
-    for size in sizes or SIZES:
-        r = measure(size, arch, threads, precision)
-        rows.append(r)
+    long = branching(arch, threads)
+    if long:
         print(
-            f"{r['nodes']:8d} {r['stress_points']:7d} {r['steps']:8d} {r['broken']:7d} {r['node_steps_per_second'] / 1e6:15.2f} "
-            f"{r['particle_steps_per_second'] / 1e6:19.2f} {r['bytes_per_particle_step']:16.0f} {r['bandwidth'] / 1e9:5.1f} "
-            f"{r['bandwidth'] / limit:8.0%} {r['seconds_build']:10.1f}"
+            f"crack_branching, {long['nodes']} nodes, {long['steps']} steps: {long['seconds']:.1f} s after compilation"
+            f" ({long['node_steps_per_second'] / 1e6:.2f} M node-steps/s, {long['broken']} cells broken)"
         )
+    print("\nform          real    nodes   points  steps  broken  M node-st/s  M part-st/s  B/node-st   GB/s  of mem  build [s]")
+    other = "f32" if precision == "f64" else "f64"
+    cases = [(size, precision, "galerkin") for size in sizes or SIZES]
+    if not sizes:
+        cases += [(100_000, other, "galerkin"), (100_000, precision, "collocation")]
+    rows = []
+    for size, real, formulation in cases:
+        rows.append(measure(size, arch, threads, real, formulation))
+        print(_line(rows[-1], limit), flush=True)
+    plain = [r for r in rows if r["formulation"] == "galerkin" and r["precision"] == precision]
+    parts = ", ".join(f"{kernel} {size:.0f}" for kernel, size in plain[-1]["bytes_per_node_step"].items())
+    print(f"bytes per node-step = sum over kernels of (arrays read + arrays written) / nodes: {parts}")
+    limit = max(limit, bandwidth(arch, threads))  # the machine may have been busy the first time
+    lines = [_line(r, limit) for r in rows]
+    print(f"memory bandwidth (triad), again: {limit / 1e9:.1f} GB/s; with it:\n" + "\n".join(lines))
+    content = {"machine": about, "versions": versions(), "arch": arch, "threads": threads, "bandwidth": limit,
+               "first_step_seconds": started, "branching": long, "sizes": rows}  # fmt: skip
+    if len(plain) > 1:
+        content["exponent"] = exponent(plain)
+        print(f"cost per step ~ nodes^{content['exponent']:.3f}")
+    content["bars"] = BARS
+    content["met"] = _verdicts(content)
+    print("bars: " + ", ".join(f"{name} {BARS[name]:g} {'met' if ok else 'MISSED'}" for name, ok in content["met"].items()))
     if out is not None:
-        content = {"machine": about, "versions": versions(), "arch": arch, "precision": precision, "threads": threads,
-                   "bandwidth": limit, "first_step_seconds": started, "sizes": rows}  # fmt: skip
         out.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
         print(f"written: {out}")

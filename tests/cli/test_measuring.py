@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from taichi_sph import speed
-from taichi_sph.bench import plate_scene, step_bytes
+from taichi_sph.bench import TRAFFIC, exponent, plate_scene, step_bytes
 from taichi_sph.model.mesh import plate
 from taichi_sph.model.plan import plan
 from taichi_sph.scene import Scene
@@ -51,7 +51,19 @@ def test_square_has_no_loads():
 def test_bench_scene_has_the_size_asked_for():
     for nodes in (1000, 17_200):
         assert plan(plate_scene(nodes)).nodes == pytest.approx(nodes, rel=0.1)
-    assert step_bytes({"galerkin.coef": 10, "galerkin.at": 100, "nodes.u": 5}) == 20
+
+
+def test_bytes_are_counted_kernel_by_kernel():
+    names = {name: letter for arrays in TRAFFIC.values() for moved in arrays.values() for name, letter in moved.items()}
+    counts = dict.fromkeys("NMERPCS", 1)
+    assert step_bytes(dict.fromkeys(names, 16), counts, lambda n: 2) == pytest.approx(
+        {kernel: 8 * (len(a["read"]) + len(a["write"])) for kernel, a in TRAFFIC.items()}
+    )
+
+
+def test_cost_exponent():
+    rows = [{"nodes": n, "node_steps_per_second": 1e6 * n ** (1 - 1.1)} for n in (1e3, 1e4, 1e5)]
+    assert exponent(rows) == pytest.approx(1.1)
 
 
 def test_speeds_are_remembered_and_forgiven():
