@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from ...errors import SceneError, nearest
 from ...scene import Scene
 from ..folder import RunFolder
-from . import cracks, waves
+from . import cracks, plates, waves
 
 Measure = Callable[..., float | None]
 
@@ -32,6 +32,13 @@ MEASURES: dict[str, tuple[Measure, str]] = {  # name -> function, unit
     "pulse_return": (waves.pulse_return, ""),
     "history_value": (waves.history_value, ""),
     "history_peak": (waves.history_peak, ""),
+    "peak_time": (plates.peak_time, "s"),
+    "displacement": (plates.displacement, "m"),
+    "deflection_ratio": (plates.deflection_ratio, ""),
+    "place_error": (plates.place_error, ""),
+    "frequency_ratio": (plates.frequency_ratio, ""),
+    "step_ratio": (plates.step_ratio, ""),
+    "relaxation_residual": (plates.relaxation_residual, ""),
 }
 
 
