@@ -5,7 +5,7 @@ from pathlib import Path
 
 from taichi.lang.kernel_impl import Kernel
 
-from taichi_sph.scene import Box, PrescribedVelocity, Static, SurfacePressure
+from taichi_sph.scene import Box, Cut, Cylinder, Numerics, PrescribedVelocity, Scene, Shell, Static, SurfacePressure
 
 from ..plates import SIDE, plate_scene, start, tearing
 
@@ -46,4 +46,13 @@ def test_every_kernel_is_exercised(monkeypatch):
     pushed = SurfacePressure(shell="plate", value=1e4)
     bent = start(plate_scene(motion="free", motions=[held], pressures=[pushed], static=Static(residual=1e-2)))
     bent.advance(1)
+    start(plate_scene(motion="free", formulation="collocation")).advance(1)
+    # a cut in the wall of a can: directors that leave something across, and references made anew
+    can = Cylinder(radius=1, length=1.2, ends="discs")
+    concrete = plate_scene(brittle=True).shells[0].material
+    cut = Cut(start=(1, 0, 0.5), end=(1, 0, 0.8))
+    shell = Shell(name="can", surface=can, thickness=0.05, material=concrete, motion="free", cuts=[cut])
+    numerics = Numerics(spacing=0.2, irregularity=0.2)
+    sim = start(Scene(name="can", title="", source="tests", shells=[shell], duration=1e-3, numerics=numerics))
+    assert 0 < len(sim.cut_cells) < 10
     assert kernels() - run == set()
