@@ -165,11 +165,12 @@ def spectrum(
     set_: SetOption = None,
     cells: Annotated[int, typer.Option("--cells", min=4, max=40, help="Cells on a side of the square plate.")] = 12,
     count: Annotated[int, typer.Option("--count", min=1, help="How many modes are printed.")] = 12,
+    picture: Annotated[Path | None, typer.Option("--picture", metavar="FILE", help="Draw the lowest modes, e.g. modes.png.")] = None,
 ) -> None:
     """Compare the lowest in-plane frequencies of a free plate with the finite-element method's."""
     from . import spectrum as measuring
 
-    measuring.main(_scene(scene, None, set_), cells, count)
+    measuring.main(_scene(scene, None, set_), cells, count, picture)
 
 
 @app.command()

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -23,13 +24,18 @@ SOFT = 0.5  # a mode is soft when its frequency is below this part of the finite
 class Spectrum:
     """Frequencies [Hz], ascending, rigid ones left out: ours, the finite elements' on the same nodes
     (triangles where the cells are, else bilinear quadrangles), and a fine mesh's as what is true.
-    `rigid`: our modes below 1e-3 of the first true frequency. `growth`: largest |imaginary / real| part of omega."""
+    `rigid`: our modes below 1e-3 of the first true frequency. `growth`: largest |imaginary / real| part of omega.
+    `step`: the critical time step, in D/c with c = sqrt(E/rho). `shapes` (count, N, 2): the modes of `ours`, largest
+    displacement 1; `mesh`: what they live on."""
 
     ours: np.ndarray
     elements: np.ndarray
     fine: np.ndarray
     rigid: int
     growth: float
+    step: float
+    shapes: np.ndarray
+    mesh: SurfaceMesh
 
     @property
     def soft(self) -> int:
@@ -44,11 +50,16 @@ def square(scene: Scene, cells: int) -> Scene:
     side = cells * scene.numerics.spacing
     material = shell.material.model_copy(update={"damage": None, "delay": None, "critical_damage": None})
     plate = shell.model_copy(
-        update={"surface": Plate(length=side, width=side), "material": material, "cuts": (), "thickness": min(shell.thickness, side)}
+        update={
+            "surface": Plate(length=side, width=side),
+            "material": material,
+            "motion": "in_plane",
+            "cuts": (),
+            "thickness": min(shell.thickness, side),
+        }
     )
-    return scene.model_copy(
-        update={"shells": (plate,), "forces": (), "motions": (), "initial": (), "quantities": ()}
-    )
+    nothing = {"forces": (), "moments": (), "pressures": (), "gravity": None, "motions": (), "initial": (), "quantities": (), "static": None}
+    return scene.model_copy(update={"shells": (plate,), **nothing})
 
 
 def stiffness(sim) -> np.ndarray:
@@ -137,34 +148,77 @@ def compare(scene: Scene, cells: int = 12, count: int = 12, simulation: Callable
     root = np.repeat(1 / np.sqrt(mass), 2)
     A = root[:, None] * stiffness(sim) * root[None, :]
     if plain.numerics.formulation.kind == "galerkin":
-        values = np.linalg.eigvalsh(0.5 * (A + A.T)).astype(complex)
+        values, vectors = np.linalg.eigh(0.5 * (A + A.T))
+        values = values.astype(complex)
     else:
-        values = np.linalg.eigvals(A)
-    omega = np.sqrt(values[np.argsort(values.real)])
+        values, vectors = np.linalg.eig(A)
+    order = np.argsort(values.real)
+    omega, vectors = np.sqrt(values[order]), vectors.real[:, order] * root[:, None]
     side = shell.surface.length
     fine = plate_mesh(side, side, side / (4 * cells), "quad")
     true = _lowest(element_stiffness(fine, m.young, m.poisson, shell.thickness), fine.node_areas * area_mass, count)
     elements = _lowest(element_stiffness(sim.mesh, m.young, m.poisson, shell.thickness), mass, count)
     hertz = omega / (2 * np.pi)
     still = np.abs(hertz) < 1e-3 * true[0]
-    moving = hertz[~still]
+    moving, vectors = hertz[~still], vectors[:, ~still]
     # a negative eigenvalue is a mode that grows: it counts as frequency 0, below everything
-    ours = np.sort(np.where(moving.real > np.abs(moving.imag), moving.real, 0.0))
+    ours = np.where(moving.real > np.abs(moving.imag), moving.real, 0.0)
+    first = np.argsort(ours, kind="stable")[:count]
+    shapes = vectors[:, first].T.reshape(len(first), -1, 2)
+    shapes = shapes / np.linalg.norm(shapes, axis=2).max(axis=1)[:, None, None]
     growth = float(np.max(np.abs(moving.imag) / np.maximum(np.abs(moving.real), 1e-12), initial=0.0))
-    return Spectrum(ours[:count], elements, true, int(still.sum()), growth)
+    step = float(2 / np.abs(omega).max() * np.sqrt(m.young / m.density) / sim.mesh.spacing)
+    return Spectrum(ours[first], elements, true, int(still.sum()), growth, step, shapes, sim.mesh)
 
 
-def main(scene: Scene, cells: int, count: int) -> None:
-    """Prints the comparison."""
-    s = compare(scene, cells, count)
+# what the table compares: formulation, cells, irregularity
+VARIANTS = (
+    ("galerkin", "quad", 0.0),
+    ("galerkin", "quad", 0.25),
+    ("galerkin", "triangle", 0.0),
+    ("galerkin", "triangle", 0.25),
+    ("collocation", "quad", 0.0),
+    ("collocation", "quad", 0.25),
+)
+
+
+def variants(scene: Scene, cells: int = 12, count: int = 12) -> dict[tuple[str, str, float], Spectrum]:
+    """The spectrum of every variant on the scene's material and spacing; the scene's own formulation keeps its numbers."""
+    found = {}
+    for kind, shape, irregularity in VARIANTS:
+        own = scene.numerics.formulation
+        changed = scene.derive(
+            **{
+                "numerics.formulation": own if own.kind == kind else kind,
+                "numerics.cells": shape,
+                "numerics.irregularity": irregularity,
+            }
+        )
+        found[kind, shape, irregularity] = compare(changed, cells, count)
+    return found
+
+
+def main(scene: Scene, cells: int, count: int, picture: Path | None = None) -> None:
+    """Prints the table of the variants and the modes of the scene's own; draws the lowest ones into `picture`."""
     n = scene.numerics
-    print(
-        f"free square plate, {cells} x {cells} cells ({n.cells}, irregularity {n.irregularity:g}), {n.formulation.kind}, "
-        f"support {n.formulation.support:g}"
-    )
+    print(f"free square plate, {cells} x {cells} cells; frequencies over those of finite elements on the same nodes")
+    print("formulation  cells     irregular  zero modes  soft   lowest  least of all  growth  critical step [D/c]")
+    for (kind, shape, irregularity), s in variants(scene, cells, count).items():
+        ratio = s.ours / s.elements[: len(s.ours)]
+        print(
+            f"{kind:12s} {shape:8s} {irregularity:10.2f} {s.rigid:11d} {s.soft:5d} {ratio[0]:8.3f} {ratio.min():13.3f}"
+            f" {s.growth:7.1e} {s.step:20.3f}"
+        )
+    s = compare(scene, cells, count)
+    print(f"\nthe scene's own: {n.formulation.kind}, {n.cells}, irregularity {n.irregularity:g}, support {n.formulation.support:g}")
     print("mode   ours [kHz]   elements [kHz]   fine mesh [kHz]   ours/elements   ours/fine")
     for i, (ours, elements, fine) in enumerate(zip(s.ours, s.elements, s.fine)):
         print(
             f"{i + 1:4d} {ours / 1e3:12.4f} {elements / 1e3:16.4f} {fine / 1e3:17.4f} {ours / elements:15.4f} {ours / fine:11.4f}"
         )
-    print(f"rigid modes {s.rigid} (expected {RIGID}), soft spurious modes {s.soft}, largest growth {s.growth:.1e}")
+    print(f"zero modes {s.rigid} (expected {RIGID}), soft spurious modes {s.soft}, critical step {s.step:.3f} D/c")
+    if picture is not None:
+        from .render.modes import draw
+
+        draw(picture, s.mesh, s.shapes[:6], [f"{f / 1e3:.2f} kHz" for f in s.ours[:6]])
+        print(f"drawn: {picture}")
