@@ -18,6 +18,7 @@ from ..model.links import Links
 from ..model.mesh import SurfaceMesh, tangent_frames
 from ..model.pools import Cells, MaterialPool, Nodes
 from ..runtime import ti
+from .selective import SelectiveShear, node_shears, shear_at, shear_dead, take_shear
 from .stress import resultants
 
 
@@ -88,9 +89,15 @@ class Collocation:
             D = local[corner].mean(axis=1)
             bounded = 1.0 + settings.shear_bound * (D / e) ** 2
             runtime.put(cells.shear, 5.0 / 6.0 * young * e / (2.0 * (1.0 + nu)) / bounded)
+        self.selects = self.bends and settings.selective_shear
+        if self.selects:
+            self.shear = SelectiveShear(mesh, nodes, cells, material, at_nodes, self.divergence.own)
+            self.links += self.shear.links
         for links in self.links:
             links.renew_all()
         self._reference(mesh)
+        if self.selects:
+            self.shear.begin(mesh)
 
     def _reference(self, mesh: SurfaceMesh) -> None:
         """Tangents and directors of the reference, by the operator itself: a rigid motion then strains nothing."""
@@ -122,11 +129,15 @@ class Collocation:
 
     def force(self) -> None:
         """Divergence of what `strain` found."""
+        if self.selects:
+            node_shears(self.shear, self.nodes.n)
         _divergence(self, self.nodes.n)
 
     def drop(self, n_new: int) -> None:
         """The cells on the list `new` carry nothing more, and their nodes are edge nodes from now on."""
         _drop(self, n_new)
+        if self.selects:
+            shear_dead(self.shear, self.cells.new, n_new)
 
     def restrain(self, links: Links, n_touched: int) -> None:
         """After the touched rows were renewed: the stress of the cells that see other nodes now."""
@@ -170,6 +181,14 @@ def _stress(term: ti.template(), s, dt, intact, tally):
         u1, u2 = r[0] * u1 + r[1] * u2, r[1] * u1 + r[2] * u2
         d1, d2 = r[0] * d1 + r[1] * d2, r[1] * d1 + r[2] * d2
     n1, n2, m1, m2, q = resultants(term.cells, term.material, s, u1, u2, d1, d2, d, dt, intact, tally)
+    if ti.static(term.selects):
+        kept = 1.0
+        if intact == 0:
+            kept -= term.cells.delayed[s]
+        s1, s2, sq = take_shear(term.shear, term.cells, s, u1, u2, d, kept)
+        n1 -= s1
+        n2 -= s2
+        q -= sq
     term.n1[s] = n1
     term.n2[s] = n2
     if ti.static(term.bends):
@@ -212,6 +231,10 @@ def _divergence(term: ti.template(), n: ti.i32):
                     g1, g2 = term.cells.a1[s].dot(slope), term.cells.a2[s].dot(slope)
                     couple += g1 * term.m1[s] + g2 * term.m2[s] - c[2] * term.q[s]
                 force += g1 * term.n1[s] + g2 * term.n2[s]
+            if ti.static(term.selects):
+                sheared, turned = shear_at(term.shear, i)
+                force += sheared
+                couple += turned
         term.nodes.force[i] = term.area[i] * force
         if ti.static(term.bends):
             term.nodes.couple[i] = term.area[i] * couple

@@ -42,6 +42,7 @@ class Links:
         residual_of: np.ndarray | None = None,  # (R,) source whose residual this row is, or -1
         gradient: bool = False,
         values: bool = False,
+        weight=None,  # field (S,): factor on the kernel weight of each source; None: 1
         transposed: bool = False,
     ):
         self.name = name
@@ -50,6 +51,8 @@ class Links:
         self.sources = sources
         self.dead_source = dead_source
         self.gradient, self.values = gradient, values
+        self.weighs = weight is not None
+        self.weight = weight
         self.transposed = transposed
         n = self.n
         self.at = runtime.new(f"{name}.at", 2 * n, 3, "f64")
@@ -214,6 +217,15 @@ def _local(links: ti.template(), r, g, j):
     return ti.Vector([links.t1[r].dot(x), links.t2[r].dot(x)]) / h, x.norm() / h
 
 
+@ti.func
+def _weight(links: ti.template(), j):
+    """Factor on the kernel weight of source j."""
+    factor = ti.cast(1.0, ti.f64)
+    if ti.static(links.weighs):
+        factor = ti.cast(links.weight[j], ti.f64)
+    return factor
+
+
 @ti.kernel
 def _renew(links: ti.template(), listed: ti.i32, count: ti.i32):
     """Coefficients of the rows: order lowered until the fit is sound (T 2.3.6.4)."""
@@ -238,13 +250,13 @@ def _renew(links: ti.template(), listed: ti.i32, count: ti.i32):
                 for k in range(links.start[r], links.start[r + 1]):
                     if links.cut[k] & bit == 0:
                         d, q = _local(links, r, g, links.source[k])
-                        w = b3(q)
+                        w = b3(q) * _weight(links, links.source[k])
                         if w > 0.0:
                             seen += 1
                             p = mls.monomials(d)
                             _moments(A, p, p, w, n)
                             if ti.static(links.gradient):
-                                slope = -b3_slope(q) / ti.max(q * h, 1e-300)
+                                slope = -b3_slope(q) / ti.max(q * h, 1e-300) * _weight(links, links.source[k])
                                 for i in range(n):
                                     for j in range(n):
                                         p1 = -mls.monomial_slopes(d, 0) / h
@@ -278,7 +290,7 @@ def _renew(links: ti.template(), listed: ti.i32, count: ti.i32):
                     for k in range(links.start[r], links.start[r + 1]):
                         if links.cut[k] & bit == 0:
                             d, q = _local(links, r, g, links.source[k])
-                            phi = b3(q) * mls.dot(c, mls.monomials(d), n)
+                            phi = b3(q) * _weight(links, links.source[k]) * mls.dot(c, mls.monomials(d), n)
                             s0 += phi
                             s1 += phi * d
                             size += ti.abs(phi)
@@ -296,9 +308,10 @@ def _renew(links: ti.template(), listed: ti.i32, count: ti.i32):
                         if links.cut[k] & bit == 0:
                             d, q = _local(links, r, g, links.source[k])
                             p = mls.monomials(d)
-                            w = b3(q)
+                            factor = _weight(links, links.source[k])
+                            w = b3(q) * factor
                             if ti.static(links.gradient):
-                                slope = -b3_slope(q) / ti.max(q * h, 1e-300) * mls.dot(c, p, n)
+                                slope = -b3_slope(q) / ti.max(q * h, 1e-300) * factor * mls.dot(c, p, n)
                                 p1 = -mls.monomial_slopes(d, 0) / h
                                 p2 = -mls.monomial_slopes(d, 1) / h
                                 g1 = w * (mls.dot(c, p1, n) - mls.dot(b1, p, n)) + slope * d[0]

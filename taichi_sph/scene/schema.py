@@ -244,6 +244,7 @@ class Collocation(Frozen):
     edge_filter: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.01
     spin_filter: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.1  # eta
     shear_bound: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.0  # alpha, as in Galerkin; the thesis has none
+    selective_shear: StrictBool = False  # T 2.55: shear at the nodes, stabilised by a little of the cells'
 
 
 Formulation = Annotated[Galerkin | Collocation, *Choice]
