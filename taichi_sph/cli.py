@@ -17,7 +17,9 @@ from typer.exceptions import TyperException
 
 from . import __version__
 from .errors import SceneError, TaichiSphError, nearest
-from .scene.script import SceneFunction, load_scene, parameters_of
+from .scene.schema import Scene
+from .scene.script import SceneFunction, load, load_scene, parameters_of
+from .scene.study import Study
 
 SCENES = Path("scenes")
 
@@ -60,11 +62,9 @@ def run(
     threads: ThreadsOption = None,
     pictures: PicturesOption = True,
 ) -> None:
-    """Run a scene, then say in words and pictures what happened."""
-    from . import run as running
-
-    again = command_line(str(scene), quality, set_)
-    running.run(_scene(scene, quality, set_), out, arch=arch, threads=threads, pictures=pictures, command=again)
+    """Run a scene, or all scenes of a study, then say in words and pictures what happened."""
+    found = load(_find(scene), settings(quality, set_))
+    _start(found, out, arch=arch, threads=threads, pictures=pictures, command=command_line(scene, quality, set_))
 
 
 @app.command()
@@ -74,9 +74,14 @@ def resume(
     threads: ThreadsOption = None,
     pictures: PicturesOption = True,
 ) -> None:
-    """Go on with an interrupted run from its newest checkpoint, exactly."""
+    """Go on with an interrupted run from its newest checkpoint, exactly; of a study, run what is not finished."""
     from . import run as running
 
+    if (folder / "study.json").is_file():
+        from .output.study import read_study
+
+        _start(read_study(folder), folder, arch=arch, threads=threads, pictures=pictures, command="")
+        return
     running.resume(folder, arch=arch, threads=threads, pictures=pictures)
 
 
@@ -92,10 +97,18 @@ def validate(
     from . import run as running
     from .progress import Progress
 
-    found = _scene(scene, quality, set_)
-    planned = running.checked_plan(found, arch)
-    running.check_out(out or running.default_out(found), planned.disk)
-    running.tell_plan(found, planned, Progress())
+    found = load(_find(scene), settings(quality, set_))
+    folder = out or running.default_out(found)
+    if isinstance(found, Study):
+        from . import study
+
+        plans = study.plan_study(found, arch)
+        running.check_out(folder, sum(p.disk for p in plans.values()), "study.json")
+        study.tell_study(found, plans, Progress())
+    else:
+        planned = running.checked_plan(found, arch)
+        running.check_out(folder, planned.disk)
+        running.tell_plan(found, planned, Progress())
     path = _find(scene)
     if path.suffix == ".py":
         options = [f"{k} = {p.default}" for k, p in parameters_of(path).items()]
@@ -105,10 +118,11 @@ def validate(
 
 @app.command()
 def render(folder: RunArgument) -> None:
-    """Draw the pictures of a finished or interrupted run again, from its files."""
+    """Draw the pictures of a finished or interrupted run again, from its files; of a study, the comparison."""
     from . import run as running
+    from . import study
 
-    for path in running.draw(folder):
+    for path in study.draw_study(folder) if (folder / "study.json").is_file() else running.draw(folder):
         typer.echo(path)
 
 
@@ -142,7 +156,7 @@ def _scene_of(summary: dict[str, Any]) -> Any:
     path = _find(summary["scene"])
     named = set(parameters_of(path))
     chosen = {k: v for k, v in summary["settings"].items() if k in named or "." in k}
-    return load_scene(path, {**chosen, "quality": summary["quality"]} if summary["quality"] != "custom" else chosen)
+    return load(path, {**chosen, "quality": summary["quality"]} if summary["quality"] != "custom" else chosen)
 
 
 @app.command()
@@ -223,11 +237,8 @@ def _command_of(function: SceneFunction) -> typer.Typer:
         threads: ThreadsOption = None,
         pictures: PicturesOption = True,
     ) -> None:
-        from . import run as running
-
-        scene = load_scene(function, settings(quality, set_))
-        again = command_line(scene.name, quality, set_)
-        running.run(scene, out, arch=arch, threads=threads, pictures=pictures, command=again)
+        found = load(function, settings(quality, set_))
+        _start(found, out, arch=arch, threads=threads, pictures=pictures, command=command_line(found.name, quality, set_))
 
     return single
 
@@ -271,5 +282,17 @@ def _find(name: str) -> Path:
     raise SceneError(f"there is no scene '{name}'{here}")
 
 
-def _scene(name: str, quality: str | None, pairs: list[str] | None) -> Any:
+def _start(found: Scene | Study, out: Path | None, **how: Any) -> None:
+    """Run what a script returned."""
+    if isinstance(found, Study):
+        from .study import run_study
+
+        run_study(found, out, **how)
+    else:
+        from .run import run as run_scene
+
+        run_scene(found, out, **how)
+
+
+def _scene(name: str, quality: str | None, pairs: list[str] | None) -> Scene:
     return load_scene(_find(name), settings(quality, pairs))

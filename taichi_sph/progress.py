@@ -36,8 +36,10 @@ def bytes_text(count: float) -> str:
 class Progress:
     """Lines for people. `say` prints one; `update` replaces the last on a terminal, or waits its turn."""
 
-    def __init__(self, stream: TextIO | None = None) -> None:
+    def __init__(self, stream: TextIO | None = None, terse: bool = False) -> None:
+        """terse: what is said goes into the log only; the live line stays."""
         self.stream = stream or sys.stdout
+        self.terse = terse
         self.live: Any = None
         self.terminal = self.stream.isatty()
         self._log: TextIO | None = None
@@ -53,6 +55,8 @@ class Progress:
 
     def say(self, text: str) -> None:
         self.note(text)
+        if self.terse:
+            return
         if self.live is not None:
             self.live.console.print(text, markup=False, highlight=False)
         else:

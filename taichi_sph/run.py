@@ -24,6 +24,7 @@ from .model.plan import Plan, plan
 from .progress import Progress, bytes_text, duration_text, progress_line
 from .scene.schema import Scene
 from .scene.script import dump, load_scene
+from .scene.study import Study
 from .scene.units import show
 
 BEAT = 0.5  # s of wall clock between looks at the clock, the keyboard and the screen
@@ -95,7 +96,7 @@ class Clocks:
         return {"compile": self.compile, "advance": self.advance, "write": self.write}
 
 
-def default_out(scene: Scene) -> Path:
+def default_out(scene: Scene | Study) -> Path:
     return Path("runs") / f"{scene.name}-{scene.quality}"
 
 
@@ -114,11 +115,11 @@ def checked_plan(scene: Scene, arch: str) -> Plan:
     return p
 
 
-def check_out(out: Path, need: int) -> None:
-    """`out` must be new, empty or an earlier run, writable, and on a disk with room."""
+def check_out(out: Path, need: int, mark: str = SCENE_FILE) -> None:
+    """`out` must be new, empty or an earlier run (or study, by its `mark`), writable, and on a disk with room."""
     if out.exists() and not out.is_dir():
         raise SceneError(f"--out '{out}' is a file; give a folder")
-    if out.is_dir() and any(out.iterdir()) and not (out / SCENE_FILE).is_file():
+    if out.is_dir() and any(out.iterdir()) and not (out / mark).is_file():
         raise SceneError(f"--out '{out}' holds files that are not of a run; give a new or empty folder")
     there = out
     while not there.exists():
@@ -370,25 +371,31 @@ class _Session:
 
 def draw(out: Path, progress: Progress | None = None) -> list[Path]:
     """Pictures of a run, from its files; without the drawing packages a line that says how to get them."""
-    from importlib.util import find_spec
-
     from .output.folder import RunFolder
 
+    progress = progress or Progress()
     with RunFolder(out) as folder:
         folder.frames()  # a sentence where there is nothing to draw
-    missing = [name for name in ("pyvista", "matplotlib", "imageio") if find_spec(name) is None]
-    if missing:
-        (progress or Progress()).say(f"no pictures: {missing[0]} is missing; get it with: pip install 'taichi-sph[render]'")
+    if not can_draw(progress):
         return []
     from .render import render_run
 
-    return render_run(out, (progress or Progress()).say)
+    return render_run(out, progress.say)
+
+
+def can_draw(progress: Progress) -> bool:
+    """Whether the drawing packages are there; says how to get them where not."""
+    from importlib.util import find_spec
+
+    missing = [name for name in ("matplotlib", "PIL") if find_spec(name) is None]  # without pyvista matplotlib draws
+    if missing:
+        progress.say(f"no pictures: {missing[0]} is missing; get it with: pip install 'taichi-sph[render]'")
+    return not missing
 
 
 def tell_plan(scene: Scene, p: Plan, progress: Progress) -> None:
     """The lines of `validate`."""
-    parameters = ", ".join(f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}" for k, v in scene.parameters.items())
-    progress.say(f"{scene.title} ({scene.name}, {scene.quality}{', ' + parameters if parameters else ''})")
+    progress.say(f"{scene.title} ({scene.name}, {scene.quality}{parameters_text(scene)})")
     for body in p.bodies:
         mass = f"mass {body.mass:.6g} kg"
         if body.analytic_mass:
@@ -408,6 +415,11 @@ def tell_plan(scene: Scene, p: Plan, progress: Progress) -> None:
         f"  estimated: dt {show(p.dt, 's')}, {p.steps} steps, memory {bytes_text(p.memory)}, disk {bytes_text(p.disk)}, "
         f"{duration_text(p.seconds)}"
     )
+
+
+def parameters_text(scene: Scene | Study) -> str:
+    """', a = 8, formulation = galerkin'."""
+    return "".join(f", {k} = {v:g}" if isinstance(v, float) else f", {k} = {v}" for k, v in scene.parameters.items())
 
 
 def _simulation(

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..scene import Scene
+from ..scene import Scene, Study
 from .checkpoint import state_hash
 from .folder import write_json
 
@@ -23,9 +23,12 @@ PACKAGES = ("taichi-sph", "taichi", "numpy", "scipy", "pydantic", "h5py", "vtk",
 SHOWN_ONLY = ("title", "source", "output", "quality", "parameters")
 
 
-def scene_hash(scene: Scene) -> str:
-    """sha256 of the scene but for its titles and for what is kept of it."""
-    data = scene.model_dump(mode="json", exclude=set(SHOWN_ONLY))
+def scene_hash(scene: Scene | Study) -> str:
+    """sha256 of the scene, or of the scenes of a study, but for titles and for what is kept of them."""
+    if isinstance(scene, Study):
+        data: Any = {name: scene_hash(case) for name, case in scene.cases.items()}
+    else:
+        data = scene.model_dump(mode="json", exclude=set(SHOWN_ONLY))
     return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import SceneError
-from ..scene import Scene
+from ..scene import Scene, Study
 from .answer import quantity_text
 from .folder import RunFolder, read_json, write_json
 from .record import scene_hash
@@ -93,7 +93,7 @@ def markdown(summaries: Iterable[dict[str, Any]]) -> str:
     return "\n".join(text)
 
 
-def stale(summaries: dict[str, dict[str, Any]], scene_of: Callable[[dict[str, Any]], Scene]) -> dict[str, str]:
+def stale(summaries: dict[str, dict[str, Any]], scene_of: Callable[[dict[str, Any]], Scene | Study]) -> dict[str, str]:
     """name -> why, for summaries whose scene is another one today. `scene_of` builds today's scene from
     the name, quality and settings of a summary."""
     reasons = {}

@@ -32,16 +32,21 @@ def judged(quantity: Quantity, value: float | None) -> dict[str, Any]:
     }
 
 
-def measured(run: RunFolder, scene: Scene) -> dict[str, dict[str, Any]]:
-    """All quantities of the scene; one that is asked twice carries its options in its name."""
+def quantity_names(scene: Scene) -> list[tuple[str, Quantity]]:
+    """The quantities of a scene by name; one that is asked twice carries its options in its name."""
     names = [q.name for q in scene.quantities]
-    found = {}
+    found = []
     for quantity in scene.quantities:
         name = quantity.name
         if names.count(name) > 1:
             name += "(" + ", ".join(f"{k}={v}" for k, v in quantity.options.items()) + ")"
-        found[name] = judged(quantity, measure(quantity.name, run, quantity.options))
+        found.append((name, quantity))
     return found
+
+
+def measured(run: RunFolder, scene: Scene) -> dict[str, dict[str, Any]]:
+    """All quantities of the scene."""
+    return {name: judged(q, measure(q.name, run, q.options)) for name, q in quantity_names(scene)}
 
 
 def write_crack_tips(run: RunFolder, scene: Scene) -> list[str]:

@@ -32,7 +32,8 @@ from .schema import (
     SurfacePressure,
     Viscosity,
 )
-from .script import derive, dump, load_scene, parameters_of
+from .script import derive, dump, load, load_scene, parameters_of
+from .study import Study
 from .surfaces import CappedTank, Cylinder, Disc, Roof, SpherePatch
 from .units import Angle, Density, Dimensionless, Force, Length, Pressure, Speed, Spin, Time, to_si
 
@@ -42,5 +43,5 @@ __all__ = [
     "InitialVelocity", "Length", "Material", "Mazars", "MeshFile", "Modes", "NodalForce", "NodalMoment", "Numerics", "Output", "Plate",
     "PrescribedVelocity", "Pressure", "Probe", "Pulse", "Quality", "Quantity", "Ramp", "Scene", "Shell", "Speed", "Spin",
     "Static", "StepLimit", "SurfacePressure",
-    "Step", "Time", "Viscosity", "checked", "derive", "dump", "load_scene", "parameters_of", "sentence", "to_si",
+    "Step", "Study", "Time", "Viscosity", "checked", "derive", "dump", "load", "load_scene", "parameters_of", "sentence", "to_si",
 ]  # fmt: skip

@@ -1,8 +1,9 @@
 """Scene scripts: load, vary, derive, and turn into JSON and back.
 
-A script is a Python file with a function `scene(quality="draft", a=10.0, ...) -> Scene`. The typed
-parameters of that function are its options (`--set a=8`); dotted keys reach any other part of the
-scene (`--set numerics.spacing=1mm`). A JSON file holds one scene, as the record of a run does.
+A script is a Python file with a function `scene(quality="draft", a=10.0, ...)` that returns a Scene, or a Study
+of several. The typed parameters of that function are its options (`--set a=8`); dotted keys reach any other
+part of the scene, or of every scene of a study (`--set numerics.spacing=1mm`). A JSON file holds one scene
+or one study, as the record of a run does.
 """
 
 from __future__ import annotations
@@ -22,12 +23,21 @@ from ..errors import SceneError, TaichiSphError, nearest
 from . import schema
 from .check import sentence
 from .schema import MeshFile, Scene
+from .study import Study
 
-SceneFunction = Callable[..., Scene]
+SceneFunction = Callable[..., Scene | Study]
 
 
 def load_scene(source: Path | str | SceneFunction, settings: Mapping[str, Any] | None = None) -> Scene:
-    """The scene of a script, a JSON file or a scene function, with `settings` applied.
+    """`load`, of what must be a single scene."""
+    found = load(source, settings)
+    if isinstance(found, Study):
+        raise SceneError(f"'{found.name}' is a study of {len(found.cases)} scenes; a single scene is needed here")
+    return found
+
+
+def load(source: Path | str | SceneFunction, settings: Mapping[str, Any] | None = None) -> Scene | Study:
+    """The scene or study of a script, a JSON file or a scene function, with `settings` applied.
 
     Parameters of the scene function go to it; other keys of a scene ("numerics.spacing") to `derive`.
     Values may be texts, as they come from a command line.
@@ -47,8 +57,12 @@ def load_scene(source: Path | str | SceneFunction, settings: Mapping[str, Any] |
             scene, rest = _from_json(path), settings
         else:
             raise SceneError(f"'{path}' is not a scene: a scene is a .py script or a .json file")
+    changes = {key: _literal(value) for key, value in rest.items()}
+    if isinstance(scene, Study):
+        cases = {name: derive(_anchored(case, folder), **changes) if changes else _anchored(case, folder) for name, case in scene.cases.items()}
+        return scene.model_copy(update={"cases": cases, "parameters": {**scene.parameters, **_recorded(changes)}})
     scene = _anchored(scene, folder)
-    return derive(scene, **{key: _literal(value) for key, value in rest.items()}) if rest else scene
+    return derive(scene, **changes) if changes else scene
 
 
 def parameters_of(source: Path | str | SceneFunction) -> dict[str, inspect.Parameter]:
@@ -68,26 +82,33 @@ def derive(scene: Scene, **changes: Any) -> Scene:
         _set(data, key, value)
     if "numerics.spacing" in changes and "quality" not in changes:
         data["quality"] = "custom"
-    recorded = {k: v for k, v in changes.items() if isinstance(v, (bool, int, float, str))}
-    data["parameters"] = {**data["parameters"], **recorded}
+    data["parameters"] = {**data["parameters"], **_recorded(changes)}
     try:
         return Scene.model_validate(data)
     except ValidationError as error:
         raise SceneError(sentence(error, Scene)) from None
 
 
-def dump(scene: Scene) -> str:
-    """The scene as JSON, numbers in SI; `load_scene` reads it back equal."""
+def _recorded(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Those of some changes that are plain values, but for words that change nothing."""
+    return {k: v for k, v in changes.items() if isinstance(v, (bool, int, float, str)) and k not in ("title", "quality")}
+
+
+def dump(scene: Scene | Study) -> str:
+    """The scene as JSON, numbers in SI; `load` reads it back equal."""
     return scene.model_dump_json(indent=2) + "\n"
 
 
-def _from_json(path: Path) -> Scene:
+def _from_json(path: Path) -> Scene | Study:
     try:
-        return Scene.model_validate_json(path.read_bytes())
-    except ValidationError as error:
-        raise SceneError(f"{path.name}: {sentence(error, Scene)}") from None
+        text = path.read_bytes()
     except OSError as error:
         raise SceneError(f"'{path}' cannot be read: {error.strerror}") from None
+    kind = Study if isinstance(content := _literal(text), dict) and "cases" in content else Scene
+    try:
+        return kind.model_validate_json(text)
+    except ValidationError as error:
+        raise SceneError(f"{path.name}: {sentence(error, kind)}") from None
 
 
 def _function(path: Path) -> SceneFunction:
@@ -115,7 +136,7 @@ def _function(path: Path) -> SceneFunction:
     return function
 
 
-def _call(function: SceneFunction, settings: Mapping[str, Any], name: str) -> tuple[Scene, dict[str, Any]]:
+def _call(function: SceneFunction, settings: Mapping[str, Any], name: str) -> tuple[Scene | Study, dict[str, Any]]:
     """The scene that the function makes, and the settings that are none of its parameters."""
     parameters = parameters_of(function)
     values: dict[str, Any] = {}
@@ -140,15 +161,15 @@ def _call(function: SceneFunction, settings: Mapping[str, Any], name: str) -> tu
         raise
     except Exception as error:
         raise SceneError(f"{_line(error, Path(name))}: {type(error).__name__}: {error}") from None
-    if not isinstance(scene, Scene):
+    if not isinstance(scene, Scene | Study):
         raise SceneError(f"{name}: scene(...) returned {type(scene).__name__}, not a Scene")
     recorded = {key: value for key, value in values.items() if key != "quality"}
     # the parameters are what the script was called with, whatever it wrote there itself
     update = {"parameters": recorded, "quality": values.get("quality", scene.quality)}
     try:
-        return Scene.model_validate({**scene.model_dump(), **update}), rest
+        return type(scene).model_validate({**scene.model_dump(), **update}), rest
     except ValidationError as error:
-        raise SceneError(f"{name}: {sentence(error, Scene)}") from None
+        raise SceneError(f"{name}: {sentence(error, type(scene))}") from None
 
 
 def _typed(key: str, value: Any, kind: Any) -> Any:
@@ -172,7 +193,7 @@ def _text(value: str, kind: Any) -> Any:
 
 def _literal(value: Any) -> Any:
     """A text of the command line as the number, truth value, null or list that it spells, else itself."""
-    if not isinstance(value, str):
+    if not isinstance(value, str | bytes):
         return value
     try:
         return json.loads(value)

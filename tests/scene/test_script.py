@@ -10,7 +10,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from taichi_sph.errors import SceneError
-from taichi_sph.scene import Scene, derive, dump, load_scene, parameters_of
+from taichi_sph.model.plan import plan
+from taichi_sph.output.measures import check_quantities
+from taichi_sph.scene import Scene, Study, derive, dump, load, load_scene, parameters_of
 
 from .examples import GOOD, spoiled
 
@@ -35,11 +37,15 @@ def script(folder: Path, text: str = HEADER) -> Path:
 @pytest.mark.parametrize("path", SCENES, ids=lambda p: p.stem)
 @pytest.mark.parametrize("quality", ["draft", "standard", "paper"])
 def test_every_scene_loads_and_comes_back_from_json(path, quality, tmp_path):
-    scene = load_scene(path, {"quality": quality})
-    assert scene.quality == quality and scene.name == path.stem
+    found = load(path, {"quality": quality})
+    assert found.quality == quality and found.name == path.stem and found.source
     assert parameters_of(path)["quality"].default == "draft"
-    (tmp_path / "s.json").write_text(dump(scene))
-    assert load_scene(tmp_path / "s.json") == scene
+    (tmp_path / "s.json").write_text(dump(found))
+    assert load(tmp_path / "s.json") == found
+    for scene in found.cases.values() if isinstance(found, Study) else [found]:
+        assert scene.quantities, "a scene says what it is to show"
+        check_quantities(scene)
+        plan(scene)  # regions, cuts and meshes are tried: what `validate` does
 
 
 def test_options_are_typed(tmp_path):

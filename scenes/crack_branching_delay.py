@@ -1,0 +1,38 @@
+"""Does crack branching depend on the parameters of the damage delay? Nine runs of crack_branching (T 2.4.4, table 2.7)
+
+The delay's a and tau_c are changed by 10 and 20 %, one at a time. Expected: propagation and bifurcation do not change, the
+shape of the branches does slightly; a larger tau_c acts like a smaller a.
+
+    python scenes/crack_branching_delay.py --quality standard --out DIR
+"""
+
+from pathlib import Path
+from typing import Literal
+
+from taichi_sph.scene import Quality, Study, load_scene
+
+DELAYS = [(10, 0.8), (10, 0.9), (10, 1.0), (10, 1.1), (10, 1.2), (8, 1.0), (9, 1.0), (11, 1.0), (12, 1.0)]  # a, tau_c [us]
+EXTREMES = [(10, 0.8), (10, 1.2), (8, 1.0), (12, 1.0)]
+
+
+def scene(quality: Quality = "draft", formulation: Literal["galerkin", "collocation"] = "galerkin") -> Study:
+    cases = {}
+    for a, tau_c in EXTREMES if quality == "draft" else DELAYS:
+        case = load_scene(
+            Path(__file__).with_name("crack_branching.py"),
+            {"quality": quality, "a": a, "tau_c": f"{tau_c} us", "formulation": formulation},
+        )
+        cases[f"a{a}-tau{tau_c:.1f}us"] = case.derive(title=f"{case.title}, a = {a}, τ = {tau_c:g} µs")
+    return Study(
+        name="crack_branching_delay",
+        title="Crack branching under other delays of damage",
+        source="T 2.4.4, table 2.7",
+        quality=quality,
+        cases=cases,
+    )
+
+
+if __name__ == "__main__":
+    from taichi_sph.cli import main
+
+    main(scene)
