@@ -92,6 +92,25 @@ def history(time, rise):
     return value
 
 
+@ti.func
+def undrilled(loads: ti.template(), g, n, w):
+    """The spin (or torque) w of a director n in the motion g, freed of its part along n by the free components alone.
+
+    Where one component is held and n leans towards its axis, the two others hold a turn about n, which nothing
+    resists: it must not take part.
+    """
+    p = n
+    free = 0
+    for c in ti.static(range(3)):
+        if loads.spin_mask[g][c] == 1:
+            p[c] = 0.0
+        else:
+            free += 1
+    if free == 2 and p.dot(n) > 1e-6:
+        w -= w.dot(n) / p.dot(n) * p
+    return w
+
+
 @ti.kernel
 def _clear(entries: ti.template(), n: ti.i32):
     for k in range(n):

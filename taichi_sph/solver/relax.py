@@ -12,6 +12,7 @@ import numpy as np
 
 from .. import runtime
 from ..errors import RunStopped
+from ..forces.loads import undrilled
 from ..runtime import ti
 from .stable_dt import largest_frequency
 
@@ -174,6 +175,7 @@ def _relax(
                     for k in ti.static(range(3)):
                         if loads.spin_mask[g][k] == 1:
                             couple[k] = 0.0
+                    couple = undrilled(loads, g, director, couple)
         push = force / nodes.mass[i]
         if ti.static(nodes.bends):
             push += (1.0 / relax.ratio[i] - 1.0) * push.dot(director) * director
@@ -182,19 +184,22 @@ def _relax(
                     for k in ti.static(range(3)):
                         if loads.mask[nodes.fixed[i] - 1][k] == 1:
                             push[k] = 0.0
-        v = (slow * nodes.v[i] + dt * push) * quick
+        # the last move led from the force before to this one; the next move would turn the sign of what is quick
+        v = nodes.v[i]
         weight = nodes.mass[i] * v.dot(v)
         if ti.static(nodes.bends):
             weight += nodes.mass[i] * (relax.ratio[i] - 1.0) * v.dot(director) ** 2
         work = -v.dot(force - relax.before[i]) / dt
+        v = (slow * v + dt * push) * quick
         norm = force.dot(force)
         relax.before[i] = force
         nodes.v[i] = v
         nodes.u[i] += dt * v
         if ti.static(nodes.bends):
-            omega = (slow * nodes.omega[i] + dt / nodes.inertia[i] * couple) * quick
+            omega = nodes.omega[i]
             weight += nodes.inertia[i] * omega.dot(omega)
             work -= omega.dot(couple - relax.before_couple[i]) / dt
+            omega = (slow * omega + dt / nodes.inertia[i] * couple) * quick
             norm += couple.dot(couple) / (spacing * spacing)
             relax.before_couple[i] = couple
             theta = dt * omega

@@ -11,7 +11,7 @@ Energies belong to time n: kinetic = 1/2 m v_n-1/2 . v_n+1/2, and the work of a 
 what is left over is a measure of the rest.
 """
 
-from ..forces.loads import history
+from ..forces.loads import history, undrilled
 from ..runtime import ti
 
 
@@ -85,6 +85,7 @@ def _turn(nodes: ti.template(), loads: ti.template(), i, kick, dt_before, dt, ha
             for c in ti.static(range(3)):
                 if loads.spin_mask[g][c] == 1:
                     after[c] = loads.spin[g][c] * history(half_time, loads.rise[g])
+            after = undrilled(loads, g, n, after)
             twist += nodes.inertia[i] / kick * (after - free)
     if ti.static(loads.twists or loads.moves):
         if any(twist != 0.0):
