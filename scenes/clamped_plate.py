@@ -1,0 +1,95 @@
+"""A clamped square plate under pressure, from thick to very thin: does the shell lock? (T 2.2.6, figs 2.4 and 2.6)
+
+The deflection at the middle over that of Mindlin's theory, for e/L from 1e-1 to 1e-4, on regular nodes and on nodes
+moved at random by up to a quarter of the spacing. The thesis locks beyond L/e of 100 to 1000, even stabilised.
+
+    python scenes/clamped_plate.py --quality paper --set slenderness=1e-4 --set nodes=irregular --out DIR
+"""
+
+from typing import Literal
+
+from taichi_sph.scene import (
+    Collocation,
+    Dimensionless,
+    Galerkin,
+    Material,
+    Numerics,
+    Output,
+    Plate,
+    Quality,
+    Quantity,
+    Scene,
+    Shell,
+    Static,
+    SurfacePressure,
+)
+from taichi_sph.scene.supports import clamped, held
+
+NODES = {"draft": 12, "standard": 20, "paper": 40}  # a side
+TOLERANCE = {"draft": 0.06, "standard": 0.03, "paper": 0.02}
+SIDE, YOUNG, NU = 1.0, 210e9, 0.3
+# w D / (q L^4) at the middle, nu 0.3, shear factor 5/6: Ritz, 20 x 20 Legendre polynomials (tests/solver/ritz.py)
+MINDLIN = {1e-1: 1.504626e-3, 1e-2: 1.267857e-3, 1e-3: 1.265345e-3, 1e-4: 1.265319e-3}
+SMALL = 1e-3  # deflection over thickness: the plate stays linear
+
+
+def scene(
+    quality: Quality = "draft",
+    slenderness: Dimensionless = 1e-2,
+    nodes: Literal["regular", "irregular"] = "regular",
+    cells: Literal["quad", "triangle"] = "quad",
+    formulation: Literal["galerkin", "collocation"] = "galerkin",
+    side_nodes: int = 0,
+) -> Scene:
+    """slenderness: e/L; side_nodes: nodes a side, 0 for those of the quality."""
+    known = min(MINDLIN, key=lambda s: abs(s / slenderness - 1))
+    if abs(known / slenderness - 1) > 1e-6:
+        raise ValueError(f"slenderness {slenderness:g}: theory is known for {', '.join(f'{s:g}' for s in MINDLIN)}")
+    d = SIDE / ((side_nodes or NODES[quality]) - 1)
+    e = slenderness * SIDE
+    deflection = SMALL * e
+    rigidity = YOUNG * e**3 / 12 / (1 - NU**2)
+    pressure = deflection * rigidity / (MINDLIN[known] * SIDE**4)
+    edges = [[clamped(axis, 0.0, "above"), clamped(axis, SIDE, "below")] for axis in ("x", "y")]
+    middle = {"x": SIDE / 2, "y": SIDE / 2}
+    return Scene(
+        name="clamped_plate",
+        title=f"Clamped plate under pressure, e/L = {slenderness:g}, {nodes} nodes",
+        source="T 2.2.6",
+        shells=[
+            Shell(
+                name="plate",
+                surface=Plate(length=SIDE, width=SIDE),
+                thickness=e,
+                material=Material(name="steel", young=YOUNG, poisson=NU, density=7800),
+                motion="free",
+            )
+        ],
+        motions=held("plate", d, *edges),
+        pressures=[SurfacePressure(shell="plate", value=pressure, kind="dead")],
+        duration=1.0,
+        static=Static(residual=1e-6),
+        numerics=Numerics(
+            spacing=d,
+            cells=cells,
+            irregularity=0.25 if nodes == "irregular" else 0.0,
+            formulation=Galerkin() if formulation == "galerkin" else Collocation(),
+        ),
+        output=Output(frames=1, samples=1, checkpoints=0),
+        quantities=[
+            Quantity(
+                name="deflection_ratio",
+                value=1.0,
+                tolerance=TOLERANCE[quality],
+                source="Mindlin's theory",
+                options={**middle, "reference": deflection},
+            ),
+            Quantity(name="relaxation_residual", source="of the load"),
+        ],
+    )
+
+
+if __name__ == "__main__":
+    from taichi_sph.cli import main
+
+    main(scene)
