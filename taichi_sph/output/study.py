@@ -10,8 +10,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..errors import SceneError
-from ..scene import Scene, Study, load
+from ..scene import Convergence, Scene, Study, load
 from . import checkpoint
 from .answer import count, quantity_text, tolerance_text
 from .folder import RunFolder, read_json, write_json
@@ -56,6 +58,18 @@ def _worst(summaries: list[dict[str, Any]], key: str) -> float | None:
     return max(values, key=abs) if values else None
 
 
+def _order(study: Study, order: Convergence, quantities: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
+    """The entry of one order of convergence; its value is None where a case has none or meets its target exactly."""
+    points = []
+    for case in order.cases:
+        entry = quantities[f"{order.quantity}_{case}"]
+        if entry["value"] is not None and entry["value"] != entry["target"]:
+            points.append((study.cases[case].numerics.spacing, abs(entry["value"] - entry["target"])))
+    value = float(np.polyfit(*np.log(np.array(points)).T, 1)[0]) if len(points) == len(order.cases) else None
+    met = None if order.least is None else value is not None and value >= order.least
+    return {"value": value, "unit": "", "target": order.least, "tolerance": None, "source": order.source, "met": met}
+
+
 def write_study_summary(
     out: Path, study: Study, failed: Mapping[str, str], *, command: str, arch: str, threads: int
 ) -> dict[str, Any]:
@@ -70,6 +84,8 @@ def write_study_summary(
     for case, scene in study.cases.items():
         own = runs[case]["quantities"] if case in runs else {name: judged(q, None) for name, q in quantity_names(scene)}
         quantities |= {f"{name}_{case}": entry for name, entry in own.items()}
+    for order in study.orders:
+        quantities[f"order_{order.name}"] = _order(study, order, quantities)
     seconds = {key: sum(s["seconds"].get(key, 0.0) for s in found) for key in ("compile", "advance", "write")}
     totals = {key: sum(s[key] for s in found) for key in SUMMED}
     commits = {s["commit"] for s in found}

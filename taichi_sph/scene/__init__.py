@@ -33,13 +33,13 @@ from .schema import (
     Viscosity,
 )
 from .script import derive, dump, load, load_scene, parameters_of
-from .study import Study
+from .study import Convergence, Study
 from .surfaces import CappedTank, Cylinder, Disc, Roof, SpherePatch
 from .units import Angle, Density, Dimensionless, Force, Length, Pressure, Speed, Spin, Time, to_si
 
 __all__ = [
     "Angle", "CappedTank", "Cylinder", "Disc", "Roof", "SpherePatch",
-    "Ball", "Box", "Collocation", "Cut", "Delay", "Density", "Dimensionless", "Force", "Galerkin",
+    "Ball", "Box", "Collocation", "Convergence", "Cut", "Delay", "Density", "Dimensionless", "Force", "Galerkin",
     "InitialVelocity", "Length", "Material", "Mazars", "MeshFile", "Modes", "NodalForce", "NodalMoment", "Numerics", "Output", "Plate",
     "PrescribedVelocity", "Pressure", "Probe", "Pulse", "Quality", "Quantity", "Ramp", "Scene", "Shell", "Speed", "Spin",
     "Static", "StepLimit", "SurfacePressure",

@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, StrictBool, StrictInt, model_validator
 
+from ..errors import nearest
 from .base import Frozen
 from .schema import Name, Scene
+
+
+class Convergence(Frozen):
+    """Order of convergence of a quantity to its target: the slope of log |value - target| over log spacing through
+    the named cases, at least `least`. The study shows it as `order_<name>`."""
+
+    name: Name
+    quantity: str
+    cases: Annotated[tuple[Name, ...], Field(min_length=2)]
+    least: float | None = None
+    source: str = ""
 
 
 class Study(Frozen):
@@ -23,6 +35,7 @@ class Study(Frozen):
     quality: Literal["draft", "standard", "paper", "custom"] = "custom"
     parameters: dict[str, StrictBool | StrictInt | float | str] = {}
     cases: dict[Name, Scene] = Field(min_length=1)
+    orders: tuple[Convergence, ...] = ()
 
     @model_validator(mode="after")
     def _folders_differ(self) -> "Study":
@@ -32,4 +45,10 @@ class Study(Frozen):
                 raise ValueError(f"cases: '{name}' and another case differ in upper and lower case only")
             if name.lower() in ("pictures", "study.json", "summary.json"):
                 raise ValueError(f"cases: '{name}' is the name of something else in the folder of a study")
+        for number, order in enumerate(self.orders):
+            for case in order.cases:
+                if case not in self.cases:
+                    raise ValueError(f"orders[{number}].cases: there is no case '{case}'{nearest(case, self.cases)}")
+                if order.quantity not in [q.name for q in self.cases[case].quantities if q.value is not None]:
+                    raise ValueError(f"orders[{number}]: case '{case}' has no target for '{order.quantity}'")
         return self
