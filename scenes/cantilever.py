@@ -4,7 +4,8 @@ up into a full circle.
 nu = 0, so that the strip is a beam at any width. The force bends it by a thousandth of its thickness; the moment
 2 pi E I / L makes of it a circle, whose tip is back at the clamp.
 
-    python scenes/cantilever.py --quality paper --set load=moment --set slenderness=0.02 --out DIR
+    python scenes/cantilever.py --quality paper --out DIR
+    python scenes/cantilever.py --quality paper --set load=moment --set turns=2 --out DIR
 """
 
 import math
@@ -26,6 +27,7 @@ from taichi_sph.scene import (
     Scene,
     Shell,
     Static,
+    Study,
 )
 from taichi_sph.scene.supports import clamped, held
 
@@ -38,14 +40,34 @@ ROWS = 4  # cells across the strip
 
 def scene(
     quality: Quality = "draft",
-    load: Literal["force", "moment"] = "force",
-    slenderness: Dimensionless = 1e-2,
+    load: Literal["both", "force", "moment"] = "both",
+    slenderness: Dimensionless = 0.02,
     turns: Dimensionless = 1.0,
     increments: int = 16,
     nodes: Literal["regular", "irregular"] = "regular",
     cells: Literal["quad", "triangle"] = "quad",
+) -> Scene | Study:
+    """slenderness: e/L; turns and increments: of the moment. load = "both" goes through thicknesses and nodes."""
+    if load != "both":
+        return one(quality, load, slenderness, turns, increments, nodes, cells)
+    cases = {}
+    for kind in ("regular", "irregular"):
+        for ratio in (1e-1, 1e-2, 1e-3, 1e-4):
+            cases[f"force_{ratio:g}_{kind}"] = one(quality, "force", ratio, turns, increments, kind, cells)
+        cases[f"circle_{kind}"] = one(quality, "moment", slenderness, turns, increments, kind, cells)
+    return Study(
+        name="cantilever",
+        title="Cantilever with free edges",
+        source="Timoshenko; large rotations of an elastic strip under an end moment",
+        quality=quality,
+        cases=cases,
+    )
+
+
+def one(
+    quality: Quality, load: str, slenderness: float, turns: float, increments: int, nodes: str, cells: str
 ) -> Scene:
-    """slenderness: e/L; turns and increments: of the moment."""
+    """One load on one strip."""
     d = LENGTH / CELLS[quality]
     e, width = slenderness * LENGTH, ROWS * d
     stiffness = YOUNG * width * e**3 / 12

@@ -22,6 +22,7 @@ from taichi_sph.scene import (
     Quantity,
     Scene,
     Shell,
+    Study,
 )
 
 SPACING = {"draft": 1.25e-3, "standard": 0.625e-3, "paper": 0.3125e-3}  # m
@@ -31,9 +32,19 @@ YOUNG, DENSITY = 210e9, 7800.0
 
 def scene(
     quality: Quality = "draft",
-    nodes: Literal["regular", "irregular"] = "regular",
-    formulation: Literal["galerkin", "collocation"] = "galerkin",
-) -> Scene:
+    nodes: Literal["both", "regular", "irregular"] = "both",
+    formulation: Literal["both", "galerkin", "collocation"] = "both",
+) -> Scene | Study:
+    kinds = ("regular", "irregular") if nodes == "both" else (nodes,)
+    forms = ("galerkin", "collocation") if formulation == "both" else (formulation,)
+    cases = {f"{form}_{kind}": one(quality, kind, form) for form in forms for kind in kinds}
+    if len(cases) == 1:
+        return next(iter(cases.values()))
+    return Study(name="wave", title="In-plane wave in a strip", source="T 4.5.1", quality=quality, cases=cases)
+
+
+def one(quality: Quality, nodes: str, formulation: str) -> Scene:
+    """One formulation on one set of nodes."""
     period = LENGTH / math.sqrt(YOUNG / DENSITY)
     at_centre = {"history": "probe_centre", "column": "v_x"}
     quantities = []
@@ -58,7 +69,7 @@ def scene(
         ]
     return Scene(
         name="wave",
-        title="In-plane wave in a strip",
+        title=f"In-plane wave in a strip, {formulation}, {nodes} nodes",
         source="T 4.5.1",
         shells=[
             Shell(
