@@ -39,19 +39,14 @@ print(f"{ti.__version__ if isinstance(ti.__version__, str) else '.'.join(map(str
 """
 
 PICTURE = """
-import sys
-import pyvista
-plotter = pyvista.Plotter(off_screen=True, window_size=(64, 64))
-plotter.set_background("white")
-plotter.add_mesh(pyvista.Sphere(), color="black")
-image = plotter.screenshot(sys.argv[1])
-assert image.min() < 128 < image.max(), "the picture is blank"
-print(f"pyvista {pyvista.__version__}, VTK {pyvista.vtk_version_info}")
-"""
-
-MOVIE = """
-import imageio_ffmpeg
-print("ffmpeg", imageio_ffmpeg.get_ffmpeg_version())
+import matplotlib, PIL
+from taichi_sph.render.backend import choose
+backend = choose()
+if backend.name == "vtk":
+    import pyvista
+    print(f"drawn off-screen by PyVista {pyvista.__version__}, {backend.window}; movies by Pillow {PIL.__version__}")
+else:
+    print(backend.notice)
 """
 
 
@@ -68,7 +63,7 @@ class Finding:
 def examine(arch: str = "cpu", say: Callable[[str], None] = print) -> bool:
     """Prints all findings; True when a run can start."""
     well = True
-    for check in (_python, _packages, lambda: _taichi(arch), _threads, _picture, _movie, _cache, _disk):
+    for check in (_python, _packages, lambda: _taichi(arch), _threads, _pictures, _cache, _disk):
         finding = check()
         mark = "ok  " if not finding.mend else ("BAD " if finding.needed else "note")
         say(f"{mark} {finding.what}: {finding.said}")
@@ -143,21 +138,14 @@ def _threads() -> Finding:
     return Finding("threads", said)
 
 
-def _picture() -> Finding:
-    with tempfile.TemporaryDirectory() as folder:
-        well, said = _apart(PICTURE, str(Path(folder) / "sphere.png"))
-    if well:
-        return Finding("pictures", f"drawn off-screen, {said}")
-    if "No module" in said:
-        return Finding("pictures", said, "pip install 'taichi-sph[render]', or run with --no-pictures", needed=False)
-    return Finding(
-        "pictures", said, "Linux: install libgl1 and libxrender1, or pip install vtk-osmesa; or run with --no-pictures", needed=False
-    )
-
-
-def _movie() -> Finding:
-    well, said = _apart(MOVIE)
-    return Finding("movies", said, "" if well else "pip install 'taichi-sph[render]'", needed=False)
+def _pictures() -> Finding:
+    well, said = _apart(PICTURE)
+    mend = ""
+    if not well or "installed" in said:
+        mend = "pip install 'taichi-sph[render]', or run with --no-pictures"
+    elif "OpenGL" in said:
+        mend = "optional, pictures look almost the same: apt install libegl1 libgl1 (Debian, Ubuntu)"
+    return Finding("pictures", said, mend, needed=False)
 
 
 def _cache() -> Finding:

@@ -280,7 +280,7 @@ class _Session:
             # a smaller target only returns earlier, it never changes a step
             target = min(target, sim.time + beat_steps * sim.dt)
             before, steps = clock.monotonic(), sim.step
-            sim.advance_to(target - 0.5e-6 * sim.dt)  # not one step more for the rounding of their sum
+            sim.advance_to(target)
             spent = clock.monotonic() - before
             self.clocks.advance += spent
             if spent > 0 and sim.step > steps:

@@ -9,6 +9,8 @@ so that runs of about the same size share compiled kernels in Taichi's offline c
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
 from dataclasses import dataclass, field
 
@@ -44,15 +46,16 @@ def start(arch: str = "cpu", precision: str = "f64", threads: int | None = None)
         raise SceneError(f"arch: {arch!r} is not known; choose one of {', '.join(ARCHS)}")
     real = ti.f32 if precision == "f32" else ti.f64
     options = {"cpu_max_num_threads": threads} if threads else {}
-    ti.init(
-        arch=getattr(ti, arch),
-        default_fp=real,
-        default_ip=ti.i32,
-        fast_math=False,
-        log_level=ti.ERROR,
-        offline_cache=True,
-        **options,
-    )
+    with contextlib.redirect_stdout(io.StringIO()):  # it prints the arch whatever the log level
+        ti.init(
+            arch=getattr(ti, arch),
+            default_fp=real,
+            default_ip=ti.i32,
+            fast_math=False,
+            log_level=ti.ERROR,
+            offline_cache=True,
+            **options,
+        )
     got = ti.cfg.arch
     if arch != "cpu" and got != getattr(ti, arch):
         raise SceneError(f"arch: {arch!r} was asked for, but this machine offers only {got}; use --arch cpu")

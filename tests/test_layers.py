@@ -68,4 +68,4 @@ def test_only_the_runtime_imports_taichi_and_only_render_draws(path):
     if path.name != "runtime.py":
         assert "taichi" not in heads
     if part_of(path) not in ("render", "doctor"):
-        assert not heads & {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio"}
+        assert not heads & {"pyvista", "vtk", "vtkmodules", "matplotlib", "PIL"}

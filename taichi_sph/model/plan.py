@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import SceneError
-from ..scene.schema import Scene, Shell
+from ..scene.schema import Numerics, Scene, Shell
 from ..scene.surfaces import MeshFile, Plate
 from ..scene.units import show
 from .cuts import cells_cut
@@ -35,6 +35,7 @@ CHECKPOINT_BYTES_PER_NODE = 300
 # stable step over D sqrt(rho (1 - nu^2) / E), measured like the above; a lattice moved at random by p spacings
 # takes (1 - p^2) of it
 STEP = {("galerkin", "quad"): 1.10, ("galerkin", "triangle"): 0.93, ("collocation", "quad"): 1.60, ("collocation", "triangle"): 1.60}
+TURNING = 1.07  # of free directors, over D sqrt(...) sqrt(alpha + (e/D)^2)
 RELAXATION = 2000  # force evaluations to the equilibrium of one load increment, the order of magnitude
 
 
@@ -115,7 +116,10 @@ def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:
     n = scene.numerics
     generated = not isinstance(shell.surface, MeshFile)
     finest = mesh.spacing if isinstance(shell.surface, Plate) else float(mesh.node_spacing.min())
-    factor = STEP[n.formulation.kind, _cells(mesh)] * (1 - n.irregularity**2 if generated else 1.0)
+    factor = STEP[n.formulation.kind, _cells(mesh)]
+    if shell.motion == "free":
+        factor = (factor**-6 + _turning(shell.thickness / finest, n) ** -6) ** (-1 / 6)
+    factor *= 1 - n.irregularity**2 if generated else 1.0
     dt = n.time_step_safety * factor * finest * math.sqrt(m.density * (1 - m.poisson**2) / m.young)
     area = None if isinstance(shell.surface, MeshFile) else shell.surface.area
     return BodyPlan(
@@ -130,6 +134,14 @@ def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:
         dt=dt,
         note=report(mesh),
     )
+
+
+def _turning(slenderness: float, numerics: Numerics) -> float:
+    """Stable step of the directors, like STEP; infinite where raised inertia keeps it above the membrane's (build.rotary)."""
+    bound = numerics.formulation.shear_bound
+    if numerics.raised_inertia and bound > 0:
+        return math.inf
+    return TURNING * math.sqrt(bound + max(slenderness**2, 1.0 if numerics.raised_inertia else 0.0))
 
 
 def _cells(mesh: SurfaceMesh) -> str:
@@ -152,6 +164,13 @@ def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
                 )
             if key == "motions":
                 held.setdefault(load.shell, []).append((number, caught))
+    for index, shell in enumerate(scene.shells):
+        for number, region in enumerate(shell.sound):
+            if not inside(region, meshes[shell.name].centres).any():
+                raise SceneError(
+                    f"shells[{index}].sound[{number}] catches no stress point of shell '{shell.name}', whose nodes are "
+                    f"{show(meshes[shell.name].spacing, 'm')} apart"
+                )
     for name, regions in held.items():
         for i, (one, first) in enumerate(regions):
             for two, second in regions[i + 1 :]:

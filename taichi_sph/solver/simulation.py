@@ -116,7 +116,7 @@ class Simulation:
         """What rules dt, in words."""
         if self.relaxation is not None:
             return self.relaxation.rule
-        return f"{self.stable.safety:g} of the operator's limit 2/omega_max = {2 / self.stable.frequency:.4g} s"
+        return f"{self.stable.safety:g} of 2/omega_max"
 
     @property
     def n_nodes(self) -> int:
@@ -158,8 +158,8 @@ class Simulation:
         self.watchdog.look(self.energies())
 
     def advance_to(self, time: float) -> None:
-        """Whole steps until `time` is reached or passed."""
-        steps = math.ceil((time - self.time) / self.dt * (1 - 1e-12))
+        """Whole steps until `time` is reached, but for the rounding of their sum, or passed."""
+        steps = math.ceil((time - self.time) / self.dt - 0.5e-6)
         if steps > 0:
             self.advance(steps)
 

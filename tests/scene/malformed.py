@@ -88,5 +88,6 @@ MALFORMED: list[tuple[str, Any, str]] = [
     # loads that act on nothing (found on the mesh)
     ("forces.0.where", {"kind": "ball", "centre": [1, 1, 0], "radius": 0.01}, "forces[0].where catches no node"),
     ("motions.0.where", {"kind": "box", "lo": [None, None, 0.001]}, "motions[0].where catches no node"),
+    ("shells.0.sound", [{"kind": "ball", "centre": [0, 0, 0], "radius": 1e-4}], "sound[0] catches no stress point of shell 'plate'"),
     ("motions.0.where", {"kind": "box", "lo": [0.0001, None, None], "hi": [0.0002, None, None]}, "nodes 2 mm apart"),
 ]
