@@ -68,7 +68,7 @@ def scene(
     if known and position == 2.0:
         quantities += [
             Quantity(name="crack_angle", unit="deg", value=60, tolerance=6, source="measured, T 2.4.1.3 (T: 65)"),
-            Quantity(name="crack_width", unit="m", value=7.5e-3, tolerance=d, source="T table 2.5, at 1.5 mm"),
+            Quantity(name="crack_width", unit="m", source="at 800 us: beam_convergence"),
         ]
     return Scene(
         name="beam_impact",

@@ -1,4 +1,4 @@
-"""The command line: `taichi-sph run | resume | validate | render | results | bench | spectrum | doctor`,
+"""The command line: `taichi-sph run | resume | validate | render | compare | results | bench | spectrum | doctor`,
 and `main(scene)` for scripts that are run themselves.
 
 Whatever a user gives, the answer is a sentence and an exit code: 2 for a bad scene, mesh, checkpoint or
@@ -127,17 +127,43 @@ def render(folder: RunArgument) -> None:
 
 
 @app.command()
+def compare(
+    folders: Annotated[list[Path], typer.Argument(metavar="DIR", help="The folders of runs.")],
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="Where the picture goes.")] = Path("comparison.png"),
+    title: Annotated[str, typer.Option("--title", help="Default: what the titles of the runs share.")] = "",
+) -> None:
+    """Draw the ends of several runs on one page, with the same colours and magnification."""
+    from . import run as running
+    from .progress import Progress
+
+    if not running.can_draw(Progress()):
+        return
+    from .render import render_compare
+
+    typer.echo(render_compare(folders, out, title=title))
+
+
+@app.command()
 def results(
     folders: Annotated[list[Path] | None, typer.Argument(metavar="DIR", help="Runs whose summaries are to be recorded first.")] = None,
-    out: Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE", help="Write there, e.g. RESULTS.md.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", metavar="FILE", help="Write RESULTS.md, or the table between the marks of README.md."),
+    ] = None,
 ) -> None:
-    """Print the table of recorded runs: what they found against what was expected."""
+    """Record runs, and print the tables of all that are recorded: what they found against what was expected."""
     from .output import results as table
     from .output.folder import RunFolder
 
     for folder in folders or ():
         with RunFolder(folder) as run_folder:
-            typer.echo(f"recorded: {table.record_summary(run_folder)}")
+            recorded = table.record_summary(run_folder)
+            typer.echo(f"recorded: {recorded}")
+            picture = table.main_picture(run_folder)
+        if picture is not None:
+            from .render import reduced
+
+            typer.echo(f"recorded: {reduced(picture, table.picture_of(recorded.stem))}")
     summaries = table.read_summaries()
     if not summaries:
         raise SceneError(f"no run is recorded in {table.FOLDER}; record one with: taichi-sph results DIR")
@@ -146,9 +172,10 @@ def results(
     text = table.markdown(summaries.values())
     if out is None:
         typer.echo(text)
-    else:
-        out.write_text(text, encoding="utf-8")
-        typer.echo(out)
+        return
+    marked = table.into(out.read_text(encoding="utf-8"), table.overview(summaries.values())) if out.is_file() else None
+    out.write_text(text if marked is None else marked, encoding="utf-8")
+    typer.echo(out)
 
 
 def _scene_of(summary: dict[str, Any]) -> Any:

@@ -48,6 +48,7 @@ def run_study(
         head = f"case {number} of {len(study.cases)}"
         if finished(folder, scene):
             progress.say(f"{head}: {case} is finished already and kept; remove {folder} to run it anew")
+            progress.say(f"  {case_answer(case, read_json(folder / running.SUMMARY_FILE))}")
             continue
         going_on = interrupted(folder, scene)
         progress.say(f"{head}: {case}{' goes on from its checkpoint' if going_on else ''}, {plans[case].nodes} nodes, compiling ...")
@@ -67,7 +68,7 @@ def run_study(
     how_many = threads or os.cpu_count() or 1
     summary = write_study_summary(out, study, failed, command=command, arch=arch, threads=how_many)
     drawn = draw_study(out, progress) if pictures else []
-    for line in ("", *study_answer(out, study, summary), ""):
+    for line in ("", *study_answer(study, summary), ""):
         progress.say(line)
     progress.say(f"written: {out}{os.sep} with {running.SUMMARY_FILE}, and a folder for each case (draw its pictures with taichi-sph render)")
     for path in drawn:

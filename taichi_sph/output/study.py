@@ -120,14 +120,11 @@ def case_answer(name: str, summary: dict[str, Any]) -> str:
     return f"{name}: {', '.join(parts) or 'finished'}"
 
 
-def study_answer(out: Path, study: Study, summary: dict[str, Any]) -> list[str]:
-    """The study in words: each case, what was expected of all, the balance of energy, the cost."""
-    failed = summary["failed"]
+def study_answer(study: Study, summary: dict[str, Any]) -> list[str]:
+    """The study in words: what was expected of all cases, the balance of energy, the cost."""
     lines = []
-    for case in study.cases:
-        lines.append(f"{case}: stopped: {failed[case]}" if case in failed else case_answer(case, read_json(out / case / "summary.json")))
     expected = [entry["met"] for entry in summary["quantities"].values() if entry["met"] is not None]
-    done = len(study.cases) - len(failed)
+    done = len(study.cases) - len(summary["failed"])
     words = f"{count(done).capitalize()} of {count(len(study.cases))} runs finished"
     if expected:
         words += f"; {sum(expected)} of {len(expected)} numbers came out as expected"

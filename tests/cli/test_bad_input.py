@@ -63,6 +63,7 @@ OPTIONS = [
     (["resume", "nowhere"], "'nowhere' is not a run"),
     (["resume", "."], "'.' is not a run"),
     (["render", "nowhere"], "'nowhere'"),
+    (["compare", "nowhere"], "there is no run folder 'nowhere'"),
     (["results"], "no run is recorded"),
     (["results", "nowhere"], "there is no run folder 'nowhere'"),
     (["spectrum", "small", "--cells", "1"], "--cells"),

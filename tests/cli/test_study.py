@@ -106,8 +106,15 @@ def test_validate_render_and_results(call, work, study):
     assert "3 cases" in out and "231 nodes" in out and "valid" in out
     assert call("run", "some", "--out", "s", "--no-pictures")[0] == 0
     assert call("render", "s")[1] == "s/pictures/comparison.png\n"
+    assert call("compare", "s/e2mm", "s/e3mm", "--out", "two.png")[:2] == (0, "two.png\n") and (work / "two.png").is_file()
     code, out, err = call("results", "s")
     assert (code, err) == (0, "") and "| crack_count_e3mm | 0 | 0 | yes |" in out
+    assert "![Some plates, third = True](renders/some-draft-third=True.png)" in out
+    (work / "README.md").write_text("before\n<!-- results -->\nold\n<!-- /results -->\nafter\n")
+    assert call("results", "--out", "README.md")[0] == call("results", "--out", "RESULTS.md")[0] == 0
+    readme = (work / "README.md").read_text()
+    assert "before\n" in readme and "after\n" in readme and "old" not in readme and "| 3 of 3 |" in readme
+    assert (work / "RESULTS.md").read_text() == out.split("\n", 2)[2].removesuffix("\n")
     (work / "scenes/some.py").write_text(SCRIPT.replace("(2, 3, 4)", "(2, 3)"))
     assert "some-draft-third=True is out of date: its scene changed" in call("results")[2]
 
