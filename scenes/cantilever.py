@@ -41,7 +41,7 @@ ROWS = 4  # cells across the strip
 def scene(
     quality: Quality = "draft",
     load: Literal["both", "force", "moment"] = "both",
-    slenderness: Dimensionless = 0.02,
+    slenderness: Dimensionless = 0.05,
     turns: Dimensionless = 1.0,
     increments: int = 16,
     nodes: Literal["regular", "irregular"] = "regular",
