@@ -123,7 +123,8 @@ def test_an_opened_crack_strains_nothing():
 @pytest.fixture(scope="module")
 def branching():
     """B1, coarse: history of the ledger, of the symmetry, and of the links."""
-    sim = start(load_scene(B1, {"quality": "draft"}))
+    scene = load_scene(B1, {"quality": "draft"})
+    sim = start(scene)
     X, C = plane(sim), sim.mesh.centres[:, :2]
     image = np.array([np.argmin(np.sum((X - x * [1, -1]) ** 2, axis=1)) for x in X])
     cell_image = np.array([np.argmin(np.sum((C - x * [1, -1]) ** 2, axis=1)) for x in C])
@@ -149,6 +150,7 @@ def branching():
         history=history,
         quiet=quiet,
         mass=mass(sim).sum(),
+        shell=scene.shells[0],
         precut=len(sim.cut_cells),
         rupture_time=runtime.get(sim.cells.rupture_time, sim.cells.n),
         broken=runtime.get(sim.cells.broken, sim.cells.n),
@@ -190,7 +192,9 @@ def test_quiet_steps_leave_the_links_alone(branching):
 
 
 def test_mass(branching):
-    assert branching.mass == pytest.approx(0.099 * 0.045 * 0.004 * 2450, rel=1e-12)
+    shell = branching.shell
+    area = shell.surface.length * shell.surface.width
+    assert branching.mass == pytest.approx(area * shell.thickness * shell.material.density, rel=1e-12)
 
 
 # --- fragments ----------------------------------------------------------------------------------------
