@@ -26,6 +26,8 @@ from .stress import resultants
 class Collocation:
     """The term. `force` overwrites nodes.force (and nodes.couple); `links` are touched by rupture."""
 
+    look_every = 25  # steps between two looks at the largest frequency while things break: ruptures raise it by half within tens of steps
+
     def __init__(self, mesh: SurfaceMesh, nodes: Nodes, cells: Cells, material: MaterialPool, settings):
         self.nodes, self.cells, self.material = nodes, cells, material
         self.bends = nodes.bends

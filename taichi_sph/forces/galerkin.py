@@ -42,6 +42,8 @@ GAUSS = 0.5 / np.sqrt(3.0)
 class Galerkin:
     """The term. `force` overwrites nodes.force (and nodes.couple); `links` are touched by rupture."""
 
+    look_every = 100  # steps between two looks at the largest frequency while things break: ruptures barely raise it
+
     def __init__(self, mesh: SurfaceMesh, nodes: Nodes, cells: Cells, material: MaterialPool, settings):
         self.nodes, self.cells, self.material = nodes, cells, material
         self.bends = nodes.bends

@@ -12,14 +12,13 @@ import numpy as np
 
 from .. import runtime
 
-EVERY = 100  # steps between two looks while things break
 AGAIN = 6  # iterations of such a look, from the mode found before
 
 STRAIN = {"f64": 1e-7, "f32": 1e-4}  # of the probing displacement
 
 
 class StableStep:
-    """Keeps dt below the limit: measured at the start, and again (every `EVERY` steps) after ruptures, which
+    """Keeps dt below the limit: measured at the start, and again (every `look_every` steps of the form) after ruptures, which
     renew the operator near the crack. dt never grows again."""
 
     def __init__(self, sim):
@@ -36,7 +35,7 @@ class StableStep:
     def watch(self) -> bool:
         """Look again when something broke; True when the step has to be shortened."""
         sim = self.sim
-        if sim.rupture.events == self.events or sim.step - self.looked < EVERY:
+        if sim.rupture.events == self.events or sim.step - self.looked < sim.internal.look_every:
             return False
         self.events, self.looked = sim.rupture.events, sim.step
         frequency, self.mode = largest_frequency(sim, AGAIN, self.mode)
