@@ -1,0 +1,104 @@
+"""Small bent shells for the tests: a flat plate, a piece of a cylinder, a strip; and hands to drive them."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from taichi_sph import runtime
+from taichi_sph.scene import Cylinder, Galerkin, Material, Numerics, Output, Plate, Scene, Shell
+
+STEEL = {"name": "steel", "young": 210e9, "poisson": 0.3, "density": 7800.0}
+RADIUS = 0.7
+SURFACES = {
+    "flat": Plate(length=1.0, width=1.0),
+    "curved": Cylinder(radius=RADIUS, length=1.0, axis="y", angle=1.4),
+}
+
+
+def shell_scene(
+    surface="flat",
+    *,
+    cells: str = "quad",
+    n: int = 8,
+    thickness: float = 0.05,
+    irregularity: float = 0.25,
+    material: dict | None = None,
+    precision: str = "f64",
+    duration: float = 1e-3,
+    safety: float = 0.9,
+    galerkin: dict | None = None,
+    **more,
+) -> Scene:
+    """A free shell with `n` cells over 1 m; `more` goes to the Scene."""
+    return Scene(
+        name="shell",
+        title="a small shell",
+        source="tests",
+        shells=[
+            Shell(
+                name="shell",
+                surface=SURFACES.get(surface, surface) if isinstance(surface, str) else surface,
+                thickness=thickness,
+                material=Material(**STEEL | (material or {})),
+                motion="free",
+            )
+        ],
+        duration=duration,
+        numerics=Numerics(
+            spacing=1.0 / n,
+            cells=cells,
+            irregularity=irregularity,
+            precision=precision,
+            time_step_safety=safety,
+            formulation=Galerkin(**(galerkin or {})),
+        ),
+        output=more.pop("output", Output()),
+        **more,
+    )
+
+
+def start(scene: Scene, **options):
+    """A Simulation; Taichi is imported here and not before."""
+    from taichi_sph.solver.simulation import Simulation
+
+    return Simulation(scene, **options)
+
+
+def of_nodes(sim, name: str) -> np.ndarray:
+    """(N, 3) values of a field of the nodes."""
+    return runtime.get(getattr(sim.nodes, name), sim.nodes.n).astype(float)
+
+
+def pose(sim, u: np.ndarray, d: np.ndarray) -> None:
+    """Set displacements and director changes."""
+    real = runtime.get(sim.nodes.u, sim.nodes.n).dtype
+    runtime.put(sim.nodes.u, np.ascontiguousarray(u, real))
+    runtime.put(sim.nodes.d, np.ascontiguousarray(d, real))
+
+
+def forces(sim, u: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Forces [N], couples [N m] on the nodes and the stored energy [J] at (u, d)."""
+    pose(sim, u, d)
+    sim.internal.strain(0.0)
+    energy = sim.ledger.stored()
+    sim.internal.force()
+    return of_nodes(sim, "force"), of_nodes(sim, "couple"), energy
+
+
+def turned(sim, rotation: Rotation, shift=(0.0, 0.0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
+    """(u, d) of a rigid motion."""
+    X, N = sim.mesh.points, of_nodes(sim, "N")
+    return rotation.apply(X) - X + np.asarray(shift), rotation.apply(N) - N
+
+
+def spin(sim, omega: np.ndarray, velocity=(0.0, 0.0, 0.0)) -> None:
+    """Set every node to turn about the centre of mass with `omega` [rad/s] and to travel with `velocity` [m/s]."""
+    X, N = sim.mesh.points, of_nodes(sim, "N")
+    mass = runtime.get(sim.nodes.mass, sim.nodes.n).astype(float)
+    centre = mass @ X / mass.sum()
+    real = runtime.get(sim.nodes.v, sim.nodes.n).dtype
+    runtime.put(sim.nodes.v, (np.cross(omega, X - centre) + np.asarray(velocity)).astype(real))
+    runtime.put(sim.nodes.omega, (omega - (N @ omega)[:, None] * N).astype(real))
+
+
