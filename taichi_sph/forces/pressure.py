@@ -14,6 +14,9 @@ from ..model.pools import Cells
 from ..runtime import ti
 
 
+LEAVE, BOOK, START = 0, 1, 2  # do not touch the work, add to it, or only begin anew from here
+
+
 @ti.data_oriented
 class SurfacePressure:
     """One pressure of the scene. `press` adds to the side forces of the internal term."""
@@ -31,9 +34,13 @@ class SurfacePressure:
         """Pressure [Pa] at `time` (T 2.111)."""
         return self.value * (time / self.rise if time < self.rise else 1.0)
 
-    def press(self, time: float, book: int = 1) -> None:
+    def press(self, time: float, book: int = BOOK) -> None:
         """Add the side forces of the pressure at `time`; book its work since the last booked call."""
-        _press(self, self.internal, self.cells, self.cells.n, self.now(time), int(self.follower), book)
+        _press(self, self.internal, self.cells, self.cells.n, self.now(time), int(self.follower), book, 1)
+
+    def before_rupture(self, time: float) -> None:
+        """Book the way to `time` while the cells still stand where their old rows saw them."""
+        _press(self, self.internal, self.cells, self.cells.n, self.now(time), int(self.follower), BOOK, 0)
 
     def done(self, reducer) -> float:
         """Work so far [J]."""
@@ -57,6 +64,7 @@ def _press(
     p: float,
     follower: ti.i32,
     book: ti.i32,
+    push: ti.i32,
 ):
     for s in range(n):
         if cells.broken[s] == 0:
@@ -70,9 +78,11 @@ def _press(
                     x1 += g[0] * u
                     x2 += g[1] * u
             force = p * cells.area[s] * x1.cross(x2)
-            for k in range(cells.n_corners[s]):
-                term.side_force[4 * s + k] += term.share[4 * s + k] * force
-            if book == 1:
+            if push == 1:
+                for k in range(cells.n_corners[s]):
+                    term.side_force[4 * s + k] += term.share[4 * s + k] * force
+            if book == BOOK:
                 load.work[s] += 0.5 * (force + load.force[s]).dot(place - load.place[s])
+            if book != LEAVE:
                 load.force[s] = force
                 load.place[s] = place

@@ -9,6 +9,7 @@ and its divergence is taken by order-1 MLS over the nodes and, with weights redu
 
     f_c = k (e / R)^n,   k = 1e-2, n = 2, R = D / 2                                                     (T 2.55)
 
+(no damage acts on the nodes' share: the option is for comparison of elastic shells; with damage it is refused)
 enough of the cells to hold down the modes that nodes alone do not see. On the directors acts the node's own
 Q_a x_,a (the T_0 of T 2.28). Measured on a clamped square plate of 16 cells, e/L = 1e-3, h/D = 1: 0.75 of Kirchhoff's
 deflection without (locked), 1.22 with; at h/D >= 1.2 the nodes alone are too soft for the little f_c leaves.

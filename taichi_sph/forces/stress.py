@@ -100,16 +100,16 @@ def resultants(cells: ti.template(), material: ti.template(), s, u1, u2, d1, d2,
                 if cells.sound[s] == 1:
                     D *= 0.0
             D = ti.max(D, cells.damage[s])
-            if ti.static(material.delays):
-                if D > before:
-                    after = delay.advance(before, D, material.a[0], material.tau_c[0], dt)
-            else:
-                if dt > 0.0:
+            if dt > 0.0:  # without time nothing is damaged: a look at the forces leaves the state as it is
+                if ti.static(material.delays):
+                    if D > before:
+                        after = delay.advance(before, D, material.a[0], material.tau_c[0], dt)
+                else:
                     after = D
+                cells.damage[s] = D
             if after > before and tally == 1:
                 # 1/2 dD g_n . r(g_n+1) is exactly what the trapezoidal work of the step does not store
                 cells.lost[s] += 0.5 * (after - before) * cells.area[s] * r.dot(cells.strain[s])
-            cells.damage[s] = D
             cells.delayed[s] = after
             r *= 1.0 - after
             if ti.static(material.breaks):

@@ -10,8 +10,8 @@ and, where the shell bends, with the mean director s_ij of the pair,
 
 on both signs of psi: as printed (only psi <= 0) the two nodes of a pair would not feel opposite forces.
 
-The kernel is that of the reference configuration (total Lagrangian); a pair's forces are equal and opposite
-along its line, so momentum and moment of momentum are kept.
+The kernel is that of the reference configuration (total Lagrangian); where the spacing is even, a pair's forces are equal
+and opposite along its line, so momentum and moment of momentum are kept; on irregular sets each node uses its own h.
 """
 
 from .. import runtime

@@ -14,6 +14,8 @@ from ..runtime import ti
 @ti.func
 def advance(delayed, damage, a, tau_c, dt):
     """D_r after dt, while D stays at `damage`."""
-    y = ti.max(damage - delayed, 0.0)
-    y = ti.log(1.0 + (ti.exp(a * y) - 1.0) * ti.exp(-a * dt / tau_c)) / a
+    # log(1 + (exp(z) - 1) exp(-q)) with its largest exponent taken out: exp(z) overflows for a brittle a
+    z, q = a * ti.max(damage - delayed, 0.0), a * dt / tau_c
+    most = ti.max(z - q, 0.0)
+    y = (most + ti.log(ti.exp(-most) + ti.exp(z - q - most) - ti.exp(-q - most))) / a
     return ti.max(delayed, damage - y)

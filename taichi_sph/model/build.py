@@ -58,11 +58,11 @@ def node_forces(scene: Scene, mesh: SurfaceMesh, dim: int):
     for load in scene.forces:
         i = np.flatnonzero(inside(load.where, mesh.points))
         share = mesh.node_areas[i] / mesh.node_areas[i].sum()
-        yield i, share[:, None] * np.asarray(load.total)[None, :dim], _rise(load.history)
+        yield i, share[:, None] * np.asarray(load.total)[None, :dim], rise(scene, load.history)
     if scene.gravity is not None:
         shell = scene.shells[0]
         weight = mesh.node_areas * shell.thickness * shell.material.density
-        yield np.arange(len(weight)), weight[:, None] * np.asarray(scene.gravity)[None, :dim], 0.0
+        yield np.arange(len(weight)), weight[:, None] * np.asarray(scene.gravity)[None, :dim], rise(scene, None)
 
 
 def node_moments(scene: Scene, mesh: SurfaceMesh):
@@ -70,7 +70,7 @@ def node_moments(scene: Scene, mesh: SurfaceMesh):
     for load in scene.moments:
         i = np.flatnonzero(inside(load.where, mesh.points))
         share = mesh.node_areas[i] / mesh.node_areas[i].sum()
-        yield i, share[:, None] * np.asarray(load.total)[None, :], _rise(load.history)
+        yield i, share[:, None] * np.asarray(load.total)[None, :], rise(scene, load.history)
 
 
 def node_motions(scene: Scene, mesh: SurfaceMesh, dim: int):
@@ -84,7 +84,7 @@ def node_motions(scene: Scene, mesh: SurfaceMesh, dim: int):
             [v or 0.0 for v in given],
             [w is not None for w in spin],
             [w or 0.0 for w in spin],
-            _rise(motion.history),
+            rise(scene, motion.history),
         )
 
 
@@ -100,5 +100,8 @@ def initial_velocity(scene: Scene, mesh: SurfaceMesh, dim: int) -> np.ndarray:
     return v
 
 
-def _rise(history) -> float:
-    return history.rise if isinstance(history, Ramp) else 0.0
+def rise(scene: Scene, history) -> float:
+    """Time over which a load grows [s]; of a static scene that asks for a step, the whole pseudo-time."""
+    if isinstance(history, Ramp):
+        return history.rise
+    return scene.duration if scene.static is not None else 0.0

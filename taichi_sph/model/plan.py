@@ -84,6 +84,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6) -> Plan:
     meshes = {shell.name: mesh_of(shell, scene) for shell in scene.shells}
     _check_regions(scene, meshes)
     _check_cuts(scene, meshes)
+    _check_modes(scene, meshes)
     bodies = tuple(_body(shell, meshes[shell.name], scene) for shell in scene.shells)
     nodes = sum(body.nodes for body in bodies)
     dt = min(body.dt for body in bodies)
@@ -182,11 +183,25 @@ def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
                     )
 
 
+def _check_modes(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
+    """A body has as many modes as unknowns, and the search for a few of them needs some more."""
+    if scene.modes is None:
+        return
+    for shell in scene.shells:
+        unknowns = len(meshes[shell.name].points) * (5 if shell.motion == "free" else 2)
+        if scene.modes.count > unknowns // 4 - 6:
+            raise SceneError(
+                f"modes.count = {scene.modes.count} is too many for shell '{shell.name}' with its {unknowns} unknowns; "
+                f"ask for at most {max(unknowns // 4 - 6, 0)}, or take a smaller numerics.spacing"
+            )
+
+
 def _check_cuts(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
     for index, shell in enumerate(scene.shells):
         points = meshes[shell.name].points
         low, high = points.min(axis=0), points.max(axis=0)
         margin = 0.05 * (high - low).max()
+        gone: set[int] = set()
         for number, cut in enumerate(shell.cuts):
             key = f"shells[{index}].cuts[{number}]"
             for end, point in (("start", cut.start), ("end", cut.end)):
@@ -197,8 +212,12 @@ def _check_cuts(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
                         f"{key}.{end}: {'xyz'[axis]} = {show(point[axis], 'm')} is outside shell '{shell.name}' "
                         f"({show(low[axis], 'm')} to {show(high[axis], 'm')})"
                     )
-            if not len(cells_cut(meshes[shell.name], cut.start, cut.end)):
+            crossed = cells_cut(meshes[shell.name], cut.start, cut.end)
+            gone.update(crossed.tolist())
+            if not len(crossed):
                 raise SceneError(
                     f"{key}, {show(math.dist(cut.start, cut.end), 'm')} long, crosses no cell of shell '{shell.name}' "
                     f"(node spacing {show(meshes[shell.name].spacing, 'm')})"
                 )
+        if gone and len(gone) == len(meshes[shell.name].cells):
+            raise SceneError(f"shells[{index}].cuts break every cell of shell '{shell.name}': nothing would be left of it")

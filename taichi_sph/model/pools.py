@@ -26,7 +26,7 @@ class Nodes:
         self.u = runtime.new("nodes.u", n, dim)  # m, displacement
         self.v = runtime.new("nodes.v", n, dim)  # m/s, velocity at the half step before (T 2.31)
         self.force = runtime.new("nodes.force", n, dim)  # N, sum of the terms
-        self.kinetic = runtime.new("nodes.kinetic", n)  # J, written on sampled steps only
+        self.kinetic = runtime.new("nodes.kinetic", n)  # J, of the last step
         self.fragment = runtime.new("nodes.fragment", n, dtype="i32")  # 1: no live cell around it
         self.fixed = runtime.new("nodes.fixed", n, dtype="i32")  # prescribed motion + 1, 0 = free
         runtime.put(self.X, mesh.points)

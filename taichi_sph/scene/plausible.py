@@ -96,9 +96,20 @@ def scene(s: "Scene") -> None:
             f"pressures: numerics.formulation '{s.numerics.formulation.kind}' has no surface pressure; use 'galerkin', or "
             "forces"
         )
+    if getattr(s.numerics.formulation, "selective_shear", False) and any(x.material.damage for x in s.shells):
+        raise ValueError("numerics.formulation.selective_shear knows no damage of the nodes' shear; leave one of them out")
     kinds = [key for key in ("static", "modes", "limit") if getattr(s, key) is not None]
     if len(kinds) > 1:
         raise ValueError(f"{kinds[0]} and {kinds[1]} are both set: a scene asks for one of them")
+    if s.static is not None:
+        if any(shell.material.damage is not None for shell in s.shells):
+            raise ValueError("static: a material with damage needs time to be damaged; leave out static or damage")
+        _still(s, "static", "a prescribed motion cannot move")
+    if s.limit is not None:
+        for key in ("forces", "moments", "pressures", "gravity"):
+            if getattr(s, key):
+                raise ValueError(f"limit: {key} would drive the motion whose growth is looked for; leave them out")
+        _still(s, "limit", "a prescribed motion would drive the motion whose growth is looked for")
     for number, probe in enumerate(s.output.probes):
         if probe.shell not in names:
             raise ValueError(f"output.probes[{number}].shell: there is no shell '{probe.shell}'{nearest(probe.shell, names)}")
@@ -110,6 +121,15 @@ def scene(s: "Scene") -> None:
             raise ValueError(f"quantities: '{quantity.name}' is asked for twice with the same options")
         asked.append((quantity.name, dict(quantity.options)))
     _size(s)
+
+
+def _still(s: "Scene", key: str, why: str) -> None:
+    """A scene that is no motion: nothing starts with a velocity, and motions only hold."""
+    if s.initial:
+        raise ValueError(f"{key}: initial velocities mean nothing to it; leave them out")
+    for number, motion in enumerate(s.motions):
+        if any(motion.velocity) or any(motion.spin):
+            raise ValueError(f"{key}: {why} (motions[{number}]); use 0 or leave the component free")
 
 
 def _stays_in_plane(where: str, key: str, load: Any) -> None:

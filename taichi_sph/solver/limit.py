@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from .. import runtime
+from ..errors import RunStopped
 from .step import step
 
 SMALL = 1e-9  # of the wave speed: the motion is linear
@@ -42,6 +43,11 @@ class LimitSearch:
         low = high = self.predicted
         factor = 1.02
         while self._grows(low):
+            if low < self.predicted / 8:
+                raise RunStopped(
+                    f"shell '{self.sim.shell.name}': the motion grows even at an eighth of the predicted step,"
+                    f" {self.predicted:.3g} s; the formulation has growing modes of its own, so there is no limit to find"
+                )
             high, low = low, low / factor
             factor = factor**2
         factor = 1.02
@@ -78,6 +84,12 @@ class LimitSearch:
                 if not kinetic < GROWN * first:
                     return True
         return False
+
+    def state(self) -> dict[str, np.ndarray]:
+        return {"limit.measured": np.array(self.measured)}
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        self.measured = float(state["limit.measured"])
 
     def status(self) -> dict[str, float]:
         return {

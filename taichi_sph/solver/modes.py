@@ -42,6 +42,12 @@ class ModeSearch:
             director /= np.linalg.norm(director, axis=1)[:, None]
             runtime.put(sim.nodes.d, (director - N).astype(N.dtype))
 
+    def state(self) -> dict[str, np.ndarray]:
+        return {"modes.shown": np.array(self.shown)}
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        self.shown = int(state["modes.shown"])
+
     def status(self) -> dict[str, float]:
         return {
             "mode": self.shown + 1,

@@ -12,6 +12,7 @@ import numpy as np
 
 from .. import runtime
 from ..errors import RunStopped
+from ..forces.pressure import LEAVE
 from ..forces.loads import undrilled
 from ..runtime import ti
 from .stable_dt import largest_frequency
@@ -53,6 +54,30 @@ class Relaxation:
     @property
     def rule(self) -> str:
         return f"{self.sim.scene.static.increments} equal load increments"
+
+    def state(self) -> dict[str, np.ndarray]:
+        n, dim = self.sim.nodes.n, self.sim.nodes.dim
+        u, force, director, moment = self._booked or (None, None, None, None)
+        return {
+            "relax.numbers": np.array([self.steps, self.load, self.residual, self.work, self._booked is not None]),
+            "relax.ratio": runtime.get(self.ratio, n),
+            "relax.u": np.zeros((n, dim)) if u is None else u,
+            "relax.force": np.zeros((n, dim)) if force is None else force,
+            "relax.director": np.zeros((n, 3)) if director is None else director,
+            "relax.moment": np.zeros((n, 3)) if moment is None else moment,
+        }
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        steps, self.load, self.residual, self.work, booked = (float(x) for x in state["relax.numbers"])
+        self.steps = int(steps)
+        runtime.put(self.ratio, np.asarray(state["relax.ratio"]))
+        bends, twists = self.sim.nodes.bends, self.sim.loads.twists
+        self._booked = None
+        if booked:
+            director = np.asarray(state["relax.director"]) if bends else None
+            moment = np.asarray(state["relax.moment"]) if twists else None
+            self._booked = (np.asarray(state["relax.u"]), np.asarray(state["relax.force"]), director, moment)
+        self.sim.loads.update(self.sim.time)
 
     def settle(self, time: float) -> None:
         """Equilibrium under the loads at pseudo-time `time`; RunStopped when it does not come."""
@@ -105,7 +130,7 @@ class Relaxation:
         for k in range(self.max_steps):
             sim.internal.strain(0.0)
             for pressure in sim.pressures:
-                pressure.press(time, book=0)
+                pressure.press(time, LEAVE)
             sim.internal.force()
             _relax(self, sim.nodes, sim.loads, sim.nodes.n, self.dt, self.damping, sim.spacing)
             self.steps += 1

@@ -27,18 +27,21 @@ class Rupture:
         self.events = 0
         self.fragments = 0
 
-    def happen(self) -> None:
-        """Let the cells break that reached D_c in this step."""
+    def happen(self) -> bool:
+        """Let the cells break that reached D_c in this step; True when any did."""
         sim = self.sim
         if not sim.material.breaks:
-            return
+            return False
         n_new = int(sim.cells.n_new[0])
         if n_new == 0:
-            return
+            return False
+        for pressure in sim.pressures:
+            pressure.before_rupture(sim.time)
         before = sim.ledger.stored()
         self.open(n_new, sim.time)
         self.released += before - sim.ledger.stored()
         self.events += 1
+        return True
 
     def open(self, n_new: int, time: float) -> None:
         """Break the cells on the list `new`, and whatever follows from it."""

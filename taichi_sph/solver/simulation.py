@@ -16,7 +16,7 @@ from ..forces.loads import Loads
 from ..forces.pressure import SurfacePressure
 from ..forces.spin_filter import SpinFilter
 from ..forces.viscosity import PairViscosity
-from ..model.build import build, initial_velocity, node_forces, node_moments, node_motions
+from ..model.build import build, initial_velocity, node_forces, node_moments, node_motions, rise
 from ..model.cuts import cells_cut
 from ..output.frame import BodyFrame, Frame
 from ..scene.schema import Scene
@@ -57,7 +57,7 @@ class Simulation:
             list(node_moments(scene, self.mesh)),
         )
         self.pressures = [
-            SurfacePressure(k, self.internal, self.cells, p.value, getattr(p.history, "rise", 0.0), p.kind == "follower")
+            SurfacePressure(k, self.internal, self.cells, p.value, rise(scene, p.history), p.kind == "follower")
             for k, p in enumerate(scene.pressures)
         ]
         self.ledger = Ledger(self)
@@ -94,7 +94,8 @@ class Simulation:
         sound = math.sqrt(material.young / material.density)
         terms = []
         rate = sound / (THESIS_STEP * self.spacing)
-        if settings.viscosity.alpha or settings.viscosity.beta:
+        viscous = settings.viscosity
+        if viscous.alpha or viscous.beta or (viscous.gamma and self.nodes.bends):
             terms.append(
                 PairViscosity(
                     self.nodes, self.material, internal.pairs, internal.area, material.density, sound, settings.viscosity
@@ -237,6 +238,11 @@ class Simulation:
             fields |= {"loads.work": (self.loads.work, nodes.n), "loads.ahead": (self.loads.ahead, nodes.n)}
         return fields
 
+    @property
+    def _parts(self) -> list:
+        """What keeps history of its own, beside the internal forces."""
+        return [*self.terms, *self.pressures, *([self.relaxation] if self.relaxation is not None else [])]
+
     def state(self) -> dict[str, np.ndarray]:
         """All that is history, for a checkpoint."""
         return {
@@ -246,7 +252,7 @@ class Simulation:
             **self.rupture.state(),
             **self.stable.state(),
             **self.internal.state(),
-            **{name: value for term in [*self.terms, *self.pressures] for name, value in term.state().items()},
+            **{name: value for part in self._parts for name, value in part.state().items()},
         }
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
@@ -267,5 +273,5 @@ class Simulation:
         self.rupture.restore(state)
         self.stable.restore(state)
         self.internal.restore(state)
-        for term in [*self.terms, *self.pressures]:
-            term.restore(state)
+        for part in self._parts:
+            part.restore(state)

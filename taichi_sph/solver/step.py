@@ -12,15 +12,16 @@ what is left over is a measure of the rest.
 """
 
 from ..forces.loads import history, undrilled
+from ..forces.pressure import BOOK, START
 from ..runtime import ti
 
 
 def step(sim, dt_before: float, dt: float) -> None:
     """Advance `sim` by dt; dt_before is the step that led to the present time."""
     sim.internal.strain(dt)
-    sim.rupture.happen()
+    ruptured = sim.rupture.happen()
     for pressure in sim.pressures:
-        pressure.press(sim.time)
+        pressure.press(sim.time, START if ruptured else BOOK)
     sim.internal.force()
     for term in sim.terms:
         term.add(dt)

@@ -183,3 +183,10 @@ def test_delay_does_not_heal_and_does_not_overtake():
 def test_every_delay_parameter_counts(changed):
     D = np.array([0.4])
     assert abs(delayed(D, dt=5e-7, **changed)[0] - delayed(D, dt=5e-7)[0]) > 1e-2
+
+
+@pytest.mark.parametrize("a", [10.0, 90.0, 1e3, 1e5])
+def test_a_brittle_delay_does_not_overflow(a):
+    """exp(a y) is beyond any float; D_r must still follow D at the rate 1 / tau_c, then catch up with it."""
+    D_r = delayed(np.ones(20), a=a, tau_c=1.0, dt=0.1)
+    assert D_r == pytest.approx(np.minimum(0.1 * np.arange(1, 21), 1.0), abs=2.0 / a)
