@@ -15,6 +15,10 @@ class Watchdog:
         self.blocks = max(1, -(-sim.nodes.n // 4096))
         self.worst = runtime.new("watchdog.speed", self.blocks, dtype="f64")
         material = sim.shell.material
+        # energy of a strain of the size of rounding: where nothing has been given yet, so much is nothing
+        rounding = 1e-6 if sim.scene.numerics.precision == "f32" else 1e-12
+        volume = sim.shell.thickness * float(sim.mesh.areas.sum())
+        self.nothing = rounding**2 * material.young * volume
         self.sound = float(np.sqrt(material.young / material.density / (1 - material.poisson**2)))
 
     def look(self, entries: dict[str, float]) -> None:
@@ -31,6 +35,8 @@ class Watchdog:
                 f" beyond the sound speed {self.sound:.4g} m/s; the time step is likely too long or the load too"
                 " violent for this spacing: lower numerics.time_step_safety or the load"
             )
+        if abs(entries["kinetic"]) + abs(entries["elastic"]) < self.nothing:
+            return
         if not np.isfinite(entries["closed_residual_percent"]) or entries["closed_residual_percent"] > 50.0:
             raise RunStopped(
                 f"shell '{sim.shell.name}': energy appears from nowhere ({entries['closed_residual_percent']:.3g} % of"
