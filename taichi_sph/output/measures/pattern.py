@@ -7,6 +7,7 @@ not belong to it. Every length that decides so is a number of node spacings.
 from __future__ import annotations
 
 import heapq
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -120,6 +121,33 @@ def _distance_to_segment(points: np.ndarray, start: np.ndarray, end: np.ndarray)
     return np.linalg.norm(points - start - share[:, None] * axis, axis=1)
 
 
+def chart(reference: np.ndarray, cuts: tuple[Cut, ...], cut: int = 0) -> Callable[[np.ndarray], np.ndarray]:
+    """Maps points (K, 3) of a body to the plane (K, 2): x and y where it is flat.
+
+    A curved one is unrolled about the axis through its middle that is parallel to the cut (to z without one), with
+    its mean radius: exact for a cylinder cut along its axis.
+    """
+    size = np.ptp(reference, axis=0)
+    if size[2] <= 1e-6 * size.max():
+        return lambda points: points[:, :2]
+    axis, side = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
+    middle = 0.5 * (reference.min(axis=0) + reference.max(axis=0))
+    if cuts:
+        start, end = np.array(cuts[cut].start), np.array(cuts[cut].end)
+        axis = (end - start) / np.linalg.norm(end - start)
+        side = 0.5 * (start + end) - middle
+        side -= side @ axis * axis
+    side /= max(np.linalg.norm(side), 1e-300)
+    third = np.cross(axis, side)
+    radius = float(np.mean(np.linalg.norm((reference - middle) - np.outer((reference - middle) @ axis, axis), axis=1)))
+
+    def unrolled(points: np.ndarray) -> np.ndarray:
+        x = points - middle
+        return np.column_stack([x @ axis, radius * np.arctan2(x @ third, x @ side)])
+
+    return unrolled
+
+
 def pattern(body: BodyFrame, cuts: tuple[Cut, ...], cut: int = 0, chosen: np.ndarray | None = None) -> Pattern:
     """The broken cells of `body` seen from the tip of `cuts[cut]`; or the cells `chosen`, a mask (M,).
 
@@ -128,11 +156,12 @@ def pattern(body: BodyFrame, cuts: tuple[Cut, ...], cut: int = 0, chosen: np.nda
     The tip is the end of the cut that lies deeper inside the body. Without cuts the frame stands at
     the middle of the lower long side and looks across the body, and every crack counts as its own start.
     """
-    points = body.reference[:, :2]
-    spacing = node_spacing(points, body.cells)
+    flat = chart(body.reference, cuts, cut)
+    points = flat(body.reference)
+    spacing = node_spacing(body.reference, body.cells)
     lo, hi = points.min(axis=0), points.max(axis=0)
     if cuts:
-        ends = np.array([cuts[cut].start[:2], cuts[cut].end[:2]])
+        ends = flat(np.array([cuts[cut].start, cuts[cut].end]))
         depth = np.minimum(ends - lo, hi - ends).min(axis=1)
         tip, tail = (ends[1], ends[0]) if depth[1] >= depth[0] else (ends[0], ends[1])
         direction = (tip - tail) / np.linalg.norm(tip - tail)
@@ -145,11 +174,11 @@ def pattern(body: BodyFrame, cuts: tuple[Cut, ...], cut: int = 0, chosen: np.nda
     rupture = np.asarray(body.cell_data["rupture_time"], dtype=float)
     if chosen is None:
         chosen = np.asarray(body.cell_data["broken"]).astype(bool) & (rupture > 0)
-    centres = cell_centres(body.reference, body.cells)[chosen, :2]
+    centres = cell_centres(body.reference, body.cells)[chosen]
+    centres = flat(centres)
     time = np.nan_to_num(rupture[chosen], nan=0.0)
     if cuts:
-        segment = np.array(cuts[cut].start[:2]), np.array(cuts[cut].end[:2])
-        seeds = _distance_to_segment(centres, *segment) <= SEED * spacing
+        seeds = _distance_to_segment(centres, *ends) <= SEED * spacing
     else:
         seeds = np.ones(len(centres), dtype=bool)
     label = _labels(centres, LINK * spacing)
