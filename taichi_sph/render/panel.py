@@ -1,4 +1,4 @@
-"""A body seen from above, as it goes into a picture: polygons, colours, view. And how it is drawn.
+"""A body seen from above, or obliquely where it is not flat, as it goes into a picture: polygons, colours, view. And how it is drawn.
 
 The page around it (axes, colour bar, titles) is matplotlib's with either renderer, so pictures look alike.
 """
@@ -26,6 +26,9 @@ SPEED = LinearSegmentedColormap.from_list(
 OUTLINE = "#9aa5ae"
 MARGIN = 0.02  # of the longer side, around the bodies
 MOVED = 0.02  # the typical displacement is shown as this share of the longer side
+BENT = 0.08  # the same where displacements are what the picture is about
+FLAT = 0.02  # a body that is lower than this share of its size is seen from above
+TOWARDS = np.array([0.8, -0.9, 0.7])  # from the body to the eye, z upwards
 
 
 @dataclass(frozen=True)
@@ -42,12 +45,17 @@ class Look:
 
 @dataclass(frozen=True)
 class View:
-    """Window on the plane [m]."""
+    """Window [m] on the plane of the picture: that of x and y, or the one that `turn` (3, 3) makes of it."""
 
     x0: float
     x1: float
     y0: float
     y1: float
+    turn: np.ndarray | None = None
+
+    def seen(self, points: np.ndarray) -> np.ndarray:
+        """(N, 3) right, up, and towards the eye."""
+        return points if self.turn is None else points @ self.turn.T
 
     @property
     def aspect(self) -> float:
@@ -66,7 +74,7 @@ def kept(body: BodyFrame) -> np.ndarray:
     return ~np.asarray(body.cell_data.get("broken", np.zeros(len(body.cells)))).astype(bool)
 
 
-def magnification(bodies: Sequence[BodyFrame]) -> float:
+def magnification(bodies: Sequence[BodyFrame], moved_to: float = MOVED) -> float:
     """A round factor that makes the typical largest displacement visible; 1 where it is already.
 
     The displacements that count are those of nodes of sound cells, at the 95th percentile: loose
@@ -79,9 +87,9 @@ def magnification(bodies: Sequence[BodyFrame]) -> float:
         moved = np.linalg.norm((body.points - body.reference)[nodes], axis=1)
         largest = max(largest, float(np.percentile(moved, 95))) if len(nodes) else largest
         size = max(size, float(np.ptp(body.reference, axis=0).max()))
-    if largest <= 0 or size * MOVED <= largest:
+    if largest <= 0 or size * moved_to <= largest:
         return 1.0
-    return round_down(size * MOVED / largest)
+    return round_down(size * moved_to / largest)
 
 
 def displaced(body: BodyFrame, factor: float) -> np.ndarray:
@@ -89,22 +97,47 @@ def displaced(body: BodyFrame, factor: float) -> np.ndarray:
     return body.reference + factor * (body.points - body.reference)
 
 
-def view_of(bodies: Sequence[BodyFrame], factor: float) -> View:
-    """The window that holds sound cells of all bodies, with a narrow margin."""
-    lo, hi = np.full(2, np.inf), np.full(2, -np.inf)
-    for body in bodies:
+def oblique() -> np.ndarray:
+    """(3, 3) rows: right, up, towards the eye."""
+    eye = TOWARDS / np.linalg.norm(TOWARDS)
+    right = np.cross([0.0, 0.0, 1.0], eye)
+    right /= np.linalg.norm(right)
+    return np.array([right, np.cross(eye, right), eye])
+
+
+def view_of(bodies: Sequence[BodyFrame], factor: float, others: Sequence[BodyFrame] = ()) -> View:
+    """The window that holds sound cells of all bodies, with a narrow margin; oblique where one is not flat.
+
+    `others`: the same bodies at other instants, which are to fit too where they leave their plane.
+    """
+    everything = [*bodies, *others]
+    shown = []
+    for body in everything:
         nodes = np.unique(body.cells[kept(body)])
-        shown = np.concatenate([displaced(body, factor)[nodes[nodes >= 0], :2], body.reference[:, :2]])
-        lo, hi = np.minimum(lo, shown.min(axis=0)), np.maximum(hi, shown.max(axis=0))
-    margin = MARGIN * float((hi - lo).max())
-    return View(lo[0] - margin, hi[0] + margin, lo[1] - margin, hi[1] + margin)
+        shown += [displaced(body, factor)[nodes[nodes >= 0]], body.reference]
+    low = np.array([q.min(axis=0) for q in shown if len(q)]).min(axis=0)
+    high = np.array([q.max(axis=0) for q in shown if len(q)]).max(axis=0)
+    turn = oblique() if high[2] - low[2] > FLAT * (high - low).max() else None
+    if turn is not None:
+        # loose pieces fly far: the middle 99.8 % of the nodes is what must fit
+        window = View(0, 0, 0, 0, turn)
+        seen = [window.seen(q) for q in shown if len(q)]
+        low = np.array([np.percentile(q, 0.1, axis=0) for q in seen]).min(axis=0)
+        high = np.array([np.percentile(q, 99.9, axis=0) for q in seen]).max(axis=0)
+    else:
+        low = np.array([q.min(axis=0) for q in shown[: 2 * len(bodies)] if len(q)]).min(axis=0)
+        high = np.array([q.max(axis=0) for q in shown[: 2 * len(bodies)] if len(q)]).max(axis=0)
+    margin = MARGIN * float((high - low)[:2].max())
+    return View(low[0] - margin, high[0] + margin, low[1] - margin, high[1] + margin, turn)
 
 
 def cell_values(body: BodyFrame, field: str) -> np.ndarray:
-    """(M,) values of a cell field; "speed" is the mean of |velocity| over the corners [m/s]."""
-    if field != "speed":
+    """(M,) values of a cell field; "speed" and "displacement" are means over the corners of
+    |velocity| [m/s] and of |displacement| [m]."""
+    if field not in ("speed", "displacement"):
         return np.asarray(body.cell_data[field], dtype=float)
-    speed = np.linalg.norm(body.point_data["velocity"], axis=1)
+    moves = body.point_data["velocity"] if field == "speed" else body.points - body.reference
+    speed = np.linalg.norm(moves, axis=1)
     corner = body.cells >= 0
     return np.where(corner, speed[body.cells], 0.0).sum(axis=1) / corner.sum(axis=1)
 
@@ -129,7 +162,7 @@ def draw(axes: Axes, bodies: Sequence[BodyFrame], look: Look, view: View, with_v
     axes.set_ylim(view.y0 * mm, view.y1 * mm)
     axes.set_aspect("equal")
     for body in bodies:  # where the body was: thin line
-        ends = body.reference[border(body)][:, :, :2] * mm
+        ends = view.seen(body.reference)[border(body)][:, :, :2] * mm
         axes.add_collection(LineCollection(list(ends), colors=OUTLINE, linewidths=0.6, zorder=1))
     if with_vtk:
         from .vtk_panel import image
@@ -147,9 +180,18 @@ def draw(axes: Axes, bodies: Sequence[BodyFrame], look: Look, view: View, with_v
     norm = Normalize(look.low, look.high)
     for body in bodies:
         sound = kept(body)
-        points = displaced(body, look.magnification)[:, :2] * mm
+        points = view.seen(displaced(body, look.magnification)) * mm
         cells, values = body.cells[sound], cell_values(body, look.field)[sound]
         colours = look.colours(norm(values))
+        if view.turn is not None:  # the farthest first, and darker where the light grazes
+            corner = np.where(cells < 0, cells[:, :1], cells)
+            order = np.argsort(points[corner, 2].mean(axis=1), kind="stable")
+            cells, colours, corner = cells[order], colours[order], corner[order]
+            facing = np.cross(points[corner[:, 2]] - points[corner[:, 0]], points[corner[:, 3]] - points[corner[:, 1]])
+            facing[cells[:, 3] < 0] = np.cross(points[corner[:, 1]] - points[corner[:, 0]], points[corner[:, 2]] - points[corner[:, 0]])[cells[:, 3] < 0]
+            light = np.abs(facing[:, 2]) / np.maximum(np.linalg.norm(facing, axis=1), 1e-300)
+            colours[:, :3] *= (0.55 + 0.45 * light)[:, None]
+        points = points[:, :2]
         for corners in (3, 4):
             chosen = (cells[:, 3] < 0) if corners == 3 else (cells[:, 3] >= 0)
             axes.add_collection(

@@ -24,7 +24,7 @@ from ..output.folder import RunFolder
 from ..output.frame import BodyFrame
 from . import plots
 from .backend import Backend, choose
-from .panel import DAMAGE, MARGIN, SPEED, Look, View, cell_values, draw, magnification, view_of
+from .panel import BENT, DAMAGE, MARGIN, SPEED, Look, View, cell_values, draw, magnification, view_of
 
 DPI = 170
 WIDTH = 9.4  # inches of a single panel's page
@@ -42,11 +42,15 @@ def _times(run: RunFolder) -> np.ndarray:
 
 
 def look_of(runs: Sequence[RunFolder]) -> Look:
-    """Colours and magnification for all pictures of some runs: damage where there is any, else speed."""
+    """Colours and magnification for all pictures of some runs: damage where there is any, else displacement where there is no time, else speed."""
     last = [body for run in runs for body in _bodies(run, -1)]
     factor = min(magnification(_bodies(run, -1)) for run in runs)
     if any("damage" in b.cell_data and np.max(b.cell_data["damage"], initial=0) > 0 for b in last):
         return Look("damage", "damage D [-]", DAMAGE, 0.0, 1.0, factor)
+    if any(run.scene.increments is not None for run in runs):
+        factor = min(magnification(_bodies(run, -1), BENT) for run in runs)
+        farthest = max(float(np.max(cell_values(b, "displacement"), initial=0)) for b in last)
+        return Look("displacement", "displacement [m]", SPEED, 0.0, farthest or 1.0, factor)
     fastest = max(float(np.max(cell_values(b, "speed"), initial=0)) for run in runs for i in (0, -1) for b in _bodies(run, i))
     return Look("speed", "speed [m/s]", SPEED, 0.0, fastest or 1.0, factor)
 
@@ -54,6 +58,19 @@ def look_of(runs: Sequence[RunFolder]) -> Look:
 def time_text(time: float, last: float) -> str:
     scale, unit = plots.time_scale(last)
     return f"{time * scale:.3g} {unit}"
+
+
+def instant(run: RunFolder, index: int, last: float | None = None) -> str:
+    """What a frame shows, in words: the time; the part of the load, or the number of the mode, where there is none."""
+    scene, time = run.scene, float(_times(run)[index])
+    if scene.static is not None:
+        return f"{100 * time / scene.duration:.3g} % of the load"
+    if scene.modes is not None:
+        number = round(scene.modes.count * time / scene.duration)
+        found = run.history("progress")
+        row = np.flatnonzero(found["mode"] == number)
+        return f"mode {number}, {found['frequency'][row[-1]]:.4g} Hz" if number and len(row) else "at rest"
+    return "" if scene.limit is not None else f"t = {time_text(time, float(_times(run)[-1]) if last is None else last)}"
 
 
 def _magnified(look: Look) -> str:
@@ -92,11 +109,13 @@ def _page(
             y = height - top - (row + 1) * (tall + above) - row * 0.12
             axes = figure.add_axes((x / wide, y / height, across / wide, tall / height))
             draw(axes, bodies, look, view, backend.name == "vtk")
+            if view.turn is not None:
+                axes.set_axis_off()
             axes.set_title(name, fontsize=10, weight="normal", pad=3, x=MARGIN / (1 + 2 * MARGIN), color="#2b333a")
             axes.tick_params(labelsize=8, length=2.5)
             for side in axes.spines.values():
                 side.set_visible(False)
-            if row == rows - 1:
+            if row == rows - 1 or view.turn is not None:
                 axes.set_xlabel("x [mm]", fontsize=9)
             else:
                 axes.tick_params(bottom=False, labelbottom=False)
@@ -140,6 +159,8 @@ def _save(figure: Figure, path: Path, dpi: int = DPI) -> Path:
 def strip_frames(run: RunFolder, count: int = STRIP_TIMES) -> list[int]:
     """Frames at even times from the first rupture (or the start) to the last rupture (or the end)."""
     times = _times(run)
+    if run.scene.modes is not None:
+        return list(range(1, len(times)))
     ruptures = [
         rupture[rupture > 0]
         for b in _bodies(run, -1)
@@ -171,18 +192,19 @@ def render_run(folder: Path | str, notice: Callable[[str], None] | None = None) 
         scene, times, out = run.scene, _times(run), run.pictures
         last = float(times[-1])
         look = look_of([run])
-        view = view_of(_bodies(run, -1), look.magnification)
+        others = [b for i in range(0, len(times) - 1, max(1, len(times) // 10)) for b in _bodies(run, i)]
+        view = view_of(_bodies(run, -1), look.magnification, others)
         final = _page(
             [(_bodies(run, -1), "")],
             look, view, scene.title,
-            _subtitle(run, f"t = {time_text(last, last)}", _magnified(look), _gap(look)),
+            _subtitle(run, instant(run, -1), _magnified(look), _gap(look)),
             1, backend,
         )  # fmt: skip
         paths.append(_save(final, out / f"{look.field}.png"))
         chosen = strip_frames(run)
         if len(chosen) > 1:
             strip = _page(
-                [(_bodies(run, i), f"t = {time_text(float(times[i]), last)}") for i in chosen],
+                [(_bodies(run, i), instant(run, i)) for i in chosen],
                 look, view, scene.title, _subtitle(run, _magnified(look), _gap(look)), 2, backend,
             )  # fmt: skip
             paths.append(_save(strip, out / f"{look.field}_over_time.png"))
@@ -193,7 +215,7 @@ def render_run(folder: Path | str, notice: Callable[[str], None] | None = None) 
         for name in run.histories():
             if name.startswith("crack_tip"):
                 paths.append(_save(plots.crack_tip(run, f"{scene.title}: tip of the crack", name), out / f"{name}.png"))
-        if len(times) > 2:
+        if len(times) > 2 and scene.modes is None:
             paths.append(_movie(run, look, view, backend, out / f"{look.field}.gif"))
     return paths
 
@@ -206,7 +228,7 @@ def _movie(run: RunFolder, look: Look, view: View, backend: Backend, path: Path)
     last = float(times[-1])
     pages = []
     for index in range(len(times)):
-        text = f"t = {time_text(float(times[index]), last)}"
+        text = instant(run, index)
         page = _page(
             [(_bodies(run, index), "")], look, view, run.scene.title,
             _subtitle(run, text, _magnified(look), _gap(look)), 1, backend, MOVIE_DPI,
@@ -247,11 +269,15 @@ def render_compare(
     try:
         look = look_of(runs)
         views = [view_of(_bodies(run, -1), look.magnification) for run in runs]
-        view = View(min(v.x0 for v in views), max(v.x1 for v in views), min(v.y0 for v in views), max(v.y1 for v in views))
+        turn = next((v.turn for v in views if v.turn is not None), None)
+        views = [v for v in views if (v.turn is None) == (turn is None)]
+        view = View(
+            min(v.x0 for v in views), max(v.x1 for v in views), min(v.y0 for v in views), max(v.y1 for v in views), turn
+        )
         names = list(labels) if labels is not None else differences(runs)
         last = max(float(_times(run)[-1]) for run in runs)
         panels = [
-            (_bodies(run, -1), f"{name}   (t = {time_text(float(_times(run)[-1]), last)})")
+            (_bodies(run, -1), f"{name}   ({instant(run, -1, last)})")
             for run, name in zip(runs, names, strict=True)
         ]
         subtitle = "   ·   ".join(p for p in (f"at the end of each run, {_magnified(look)}", _gap(look)) if p)

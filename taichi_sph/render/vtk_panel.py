@@ -14,13 +14,13 @@ from .panel import Look, View, cell_values, displaced, kept
 SHARPER = 2  # pixels drawn per pixel shown, each way
 
 
-def grid(body: BodyFrame, look: Look) -> pyvista.UnstructuredGrid:
+def grid(body: BodyFrame, look: Look, view: View) -> pyvista.UnstructuredGrid:
     """Sound cells of a body on magnified displacements, with the values of the look."""
     sound = kept(body)
     cells, values = body.cells[sound], cell_values(body, look.field)[sound]
     quads = cells[:, 3] >= 0
     parts = {pyvista.CellType.QUAD: cells[quads], pyvista.CellType.TRIANGLE: cells[~quads, :3]}
-    made = pyvista.UnstructuredGrid({k: c for k, c in parts.items() if len(c)}, displaced(body, look.magnification))
+    made = pyvista.UnstructuredGrid({k: c for k, c in parts.items() if len(c)}, view.seen(displaced(body, look.magnification)))
     made.cell_data["shown"] = np.concatenate([values[quads], values[~quads]])
     return made
 
@@ -41,11 +41,13 @@ def image(bodies: Sequence[BodyFrame], look: Look, view: View, width: int, heigh
         if not kept(body).any():
             continue
         plotter.add_mesh(
-            grid(body, look),
+            grid(body, look, view),
             scalars="shown",
             cmap=look.colours,
             clim=(look.low, look.high),
-            lighting=False,
+            lighting=view.turn is not None,
+            ambient=0.4,
+            diffuse=0.65,
             show_scalar_bar=False,
             render=False,
         )
