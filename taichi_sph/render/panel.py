@@ -41,6 +41,7 @@ class Look:
     low: float
     high: float
     magnification: float
+    shown: float = 1.0  # what the colour bar shows, over SI
 
 
 @dataclass(frozen=True)

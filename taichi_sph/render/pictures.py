@@ -24,11 +24,12 @@ from ..output.folder import RunFolder
 from ..output.frame import BodyFrame
 from . import plots
 from .backend import Backend, choose
-from .panel import BENT, DAMAGE, MARGIN, SPEED, Look, View, cell_values, draw, magnification, view_of
+from .panel import BENT, DAMAGE, MARGIN, MOVED, SPEED, Look, View, cell_values, draw, magnification, view_of
 
 DPI = 170
 WIDTH = 9.4  # inches of a single panel's page
 STRIP_TIMES = 4
+LENGTHS = ((1.0, "m"), (1e3, "mm"), (1e6, "um"), (1e9, "nm"))
 MOVIE_DPI = 90
 MOVIE_SECONDS = 6.0
 
@@ -44,13 +45,14 @@ def _times(run: RunFolder) -> np.ndarray:
 def look_of(runs: Sequence[RunFolder]) -> Look:
     """Colours and magnification for all pictures of some runs: damage where there is any, else displacement where there is no time, else speed."""
     last = [body for run in runs for body in _bodies(run, -1)]
-    factor = min(magnification(_bodies(run, -1)) for run in runs)
+    bends = any(shell.motion == "free" for run in runs for shell in run.scene.shells)
+    factor = min(magnification(_bodies(run, -1), BENT if bends else MOVED) for run in runs)
     if any("damage" in b.cell_data and np.max(b.cell_data["damage"], initial=0) > 0 for b in last):
         return Look("damage", "damage D [-]", DAMAGE, 0.0, 1.0, factor)
     if any(run.scene.increments is not None for run in runs):
-        factor = min(magnification(_bodies(run, -1), BENT) for run in runs)
-        farthest = max(float(np.max(cell_values(b, "displacement"), initial=0)) for b in last)
-        return Look("displacement", "displacement [m]", SPEED, 0.0, farthest or 1.0, factor)
+        farthest = max(float(np.max(cell_values(b, "displacement"), initial=0)) for b in last) or 1.0
+        scale, unit = next(((s, u) for s, u in LENGTHS if farthest * s >= 1), LENGTHS[-1])
+        return Look("displacement", f"displacement [{unit}]", SPEED, 0.0, farthest, factor, scale)
     fastest = max(float(np.max(cell_values(b, "speed"), initial=0)) for run in runs for i in (0, -1) for b in _bodies(run, i))
     return Look("speed", "speed [m/s]", SPEED, 0.0, fastest or 1.0, factor)
 
@@ -126,7 +128,7 @@ def _page(
         whole = rows * (tall + above) + (rows - 1) * 0.12 - above
         bar_height = min(whole, 3.2)
         bar = figure.add_axes(((wide - right + 0.18) / wide, (bottom + (whole - bar_height) / 2) / height, 0.14 / wide, bar_height / height))
-        figure.colorbar(ScalarMappable(Normalize(look.low, look.high), look.colours), cax=bar)
+        figure.colorbar(ScalarMappable(Normalize(look.low * look.shown, look.high * look.shown), look.colours), cax=bar)
         bar.set_ylabel(look.label, fontsize=9)
         bar.tick_params(labelsize=8, length=2.5)
         for side in bar.spines.values():
