@@ -29,6 +29,7 @@ from .panel import BENT, DAMAGE, MARGIN, MOVED, SPEED, Look, View, cell_values, 
 DPI = 170
 WIDTH = 9.4  # inches of a single panel's page
 STRIP_TIMES = 4
+TALLEST = 7.0  # inches of a panel
 LENGTHS = ((1.0, "m"), (1e3, "mm"), (1e6, "um"), (1e9, "nm"))
 MOVIE_DPI = 90
 MOVIE_SECONDS = 6.0
@@ -99,6 +100,9 @@ def _page(
     left, right, top, bottom, between = 0.62, 0.95, 0.62, 0.5, 0.22  # inches
     above = 0.26 if any(name for _, name in panels) else 0.02
     across = (wide - left - right - (columns - 1) * between) / columns
+    if across * view.aspect > TALLEST:
+        across = TALLEST / view.aspect
+        wide = max(6.5, left + right + columns * across + (columns - 1) * between)
     tall = across * view.aspect
     height = top + rows * (tall + above) + (rows - 1) * 0.12 + bottom
     with plt.rc_context(plots.STYLE):
@@ -207,7 +211,7 @@ def render_run(folder: Path | str, notice: Callable[[str], None] | None = None) 
         if len(chosen) > 1:
             strip = _page(
                 [(_bodies(run, i), instant(run, i)) for i in chosen],
-                look, view, scene.title, _subtitle(run, _magnified(look), _gap(look)), 2, backend,
+                look, view, scene.title, _subtitle(run, _magnified(look), _gap(look)), 4 if view.aspect > 1.3 else 2, backend,
             )  # fmt: skip
             paths.append(_save(strip, out / f"{look.field}_over_time.png"))
         if "energies" in run.histories():

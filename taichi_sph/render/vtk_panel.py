@@ -46,8 +46,8 @@ def image(bodies: Sequence[BodyFrame], look: Look, view: View, width: int, heigh
             cmap=look.colours,
             clim=(look.low, look.high),
             lighting=view.turn is not None,
-            ambient=0.4,
-            diffuse=0.65,
+            ambient=0.5,
+            diffuse=0.6,
             show_scalar_bar=False,
             render=False,
         )
