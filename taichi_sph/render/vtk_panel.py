@@ -46,8 +46,7 @@ def image(bodies: Sequence[BodyFrame], look: Look, view: View, width: int, heigh
             cmap=look.colours,
             clim=(look.low, look.high),
             lighting=view.turn is not None,
-            ambient=0.5,
-            diffuse=0.6,
+            **({} if view.turn is None else {"ambient": 0.5, "diffuse": 0.6}),
             show_scalar_bar=False,
             render=False,
         )
