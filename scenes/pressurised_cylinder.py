@@ -40,7 +40,7 @@ def scene(quality: Quality = "draft", pressure: Pressure = 80e3) -> Scene:
     return Scene(
         name="pressurised_cylinder",
         title="Pressurised cylinder with an axial pre-crack",
-        source="",
+        source="no reference: shows that cracks run through a bent shell",
         shells=[
             Shell(
                 name="wall",
