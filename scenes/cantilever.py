@@ -21,6 +21,7 @@ from taichi_sph.scene import (
     Numerics,
     Output,
     Plate,
+    PrescribedVelocity,
     Quality,
     Quantity,
     Ramp,
@@ -73,6 +74,7 @@ def one(
     stiffness = YOUNG * width * e**3 / 12
     tip = Box(lo=(LENGTH - d / 4, None, None))
     free_end = {"x": LENGTH, "y": width / 2}
+    grip = []
     if load == "force":
         deflection = SMALL * e
         compliance = LENGTH**3 / (3 * stiffness) + LENGTH / (5 / 6 * YOUNG / 2 * width * e)
@@ -92,6 +94,8 @@ def one(
                 NodalMoment(shell="strip", where=tip, total=(0, -stiffness * angle / LENGTH, 0), history=Ramp(rise=1.0))
             ]
         }
+        # what turns the end turns it about y only; moments alone, each on its node, would twist the corners
+        grip = [PrescribedVelocity(shell="strip", where=tip, velocity=(None, None, None), spin=(0, None, 0))]
         static = Static(increments=increments, residual=1e-5)
         wanted = Quantity(
             name="place_error",
@@ -120,7 +124,7 @@ def one(
                 motion="free",
             )
         ],
-        motions=held("strip", d, [clamped("x", 0.0, "above")]),
+        motions=[*held("strip", d, [clamped("x", 0.0, "above")]), *grip],
         **loads,
         duration=1.0,
         static=static,
