@@ -34,6 +34,7 @@ from taichi_sph.scene.supports import clamped, held
 
 CELLS = {"draft": 12, "standard": 20, "paper": 39}  # along the length
 TOLERANCE = {"draft": 0.06, "standard": 0.03, "paper": 0.02}
+TURNS = {"draft": 0.25, "standard": 0.5, "paper": 1.0}  # at most some 10 degrees from cell to cell
 LENGTH, YOUNG = 1.0, 210e9
 SMALL = 1e-3  # deflection over thickness
 ROWS = 4  # cells across the strip
@@ -42,13 +43,15 @@ ROWS = 4  # cells across the strip
 def scene(
     quality: Quality = "draft",
     load: Literal["both", "force", "moment"] = "both",
-    slenderness: Dimensionless = 0.05,
-    turns: Dimensionless = 1.0,
-    increments: int = 16,
+    slenderness: Dimensionless = 0.02,
+    turns: Dimensionless = 0.0,
+    increments: int = 12,
     nodes: Literal["regular", "irregular"] = "regular",
     cells: Literal["quad", "triangle"] = "quad",
 ) -> Scene | Study:
-    """slenderness: e/L; turns and increments: of the moment. load = "both" goes through thicknesses and nodes."""
+    """slenderness: e/L; turns (0: those of the quality) and increments: of the moment. load = "both" goes through
+    thicknesses and sets of nodes."""
+    turns = turns or TURNS[quality]
     if load != "both":
         return one(quality, load, slenderness, turns, increments, nodes, cells)
     cases = {}
