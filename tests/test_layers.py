@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / "taichi_sph"
-LAYERS = ["scene", "model", "forces", "solver", "output", "render"]
+LAYERS = ["scene", "model", "forces", "contact", "solver", "output", "render"]
 TOP = {"run", "study", "cli", "bench", "spectrum", "doctor", "progress", "speed", "__main__"}
 LEAVES = {"errors", "runtime", "numerics", "laws"}
 # what a leaf itself may use

@@ -14,6 +14,7 @@ from typing import Any
 
 from ..errors import SceneError, nearest
 from ..scene import Scene, load_scene
+from .frame import Kind
 from .frames import SUFFIX, FramesFile
 from .histories import History, read_history
 
@@ -96,6 +97,10 @@ class RunFolder:
         if name not in self._frames:
             self._frames[name] = FramesFile(self.path / "frames" / (name + SUFFIX))
         return self._frames[name]
+
+    def of_kind(self, kind: Kind) -> list[FramesFile]:
+        """The frames of all bodies of a kind."""
+        return [file for name in self.bodies() if (file := self.frames(name)).kind == kind]
 
     def histories(self) -> list[str]:
         return sorted(p.stem for p in (self.path / "histories").glob("*.csv"))

@@ -6,19 +6,28 @@ Nothing here knows Taichi, VTK or files.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
+
+Kind = Literal["shell", "rigid", "fluid"]
 
 
 @dataclass(frozen=True)
 class BodyFrame:
-    """One body at one instant.
+    """One body at one instant. N and the order of the points are the same at every instant.
 
     points: (N, 3) current positions [m].
-    cells: (M, 4) int32 node numbers, -1 in the last column of a triangle; the same at every instant.
+    cells: (M, 4) int32 node numbers, -1 in the last column of a triangle; the same at every instant;
+    (0, 4) where the body is made of points only.
     point_data: name -> (N,) or (N, k); holds "reference" (N, 3) [m] and "velocity" (N, 3) [m/s].
-    cell_data: name -> (M,) or (M, k); holds "damage" [-], "broken" (uint8) and "rupture_time"
-    [s, nan while sound].
+    cell_data: name -> (M,) or (M, k).
+
+    kind "shell": cell_data holds "damage" [-], "broken" (uint8) and "rupture_time" [s, nan while sound]; a metal's
+    also "plastic", its cumulated plastic strain p [-], and "thickness" [m].
+    kind "rigid": the points are the centres of its pinballs; point_data holds "radius" (N,) [m].
+    kind "fluid": point_data holds "pressure" [Pa], "density" [kg/m3], "diameter" (N,) [m] and "outside" (uint8, 1
+    once a particle has left its tank).
     """
 
     name: str
@@ -26,6 +35,7 @@ class BodyFrame:
     cells: np.ndarray
     point_data: dict[str, np.ndarray] = field(default_factory=dict)
     cell_data: dict[str, np.ndarray] = field(default_factory=dict)
+    kind: Kind = "shell"
 
     @property
     def reference(self) -> np.ndarray:
@@ -46,3 +56,6 @@ class Frame:
             if body.name == name:
                 return body
         raise KeyError(name)
+
+
+NO_CELLS = np.empty((0, 4), dtype=np.int32)

@@ -1,7 +1,9 @@
 """Frames on disk: one VTKHDF file per body, a temporal unstructured grid that ParaView plays.
 
 Layout: VTKHDF 2.x, https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/. Connectivity
-and every array that does not change ("reference") are stored once, the rest one chunk per step.
+and every array that does not change ("reference") are stored once, the rest one chunk per step. A body
+without cells (pinballs, fluid particles) is written with a vertex for each point, so that it can be seen and
+thresholded; what it is, stands in the attribute "Kind".
 
 Crash safety. Between frames the file is closed, so a run that is killed while computing leaves a
 whole file. An append only adds new chunks behind the old ones; what says that they exist (a few
@@ -21,12 +23,13 @@ import h5py
 import numpy as np
 
 from ..errors import SceneError
-from .frame import BodyFrame, Frame
+from .frame import NO_CELLS, BodyFrame, Frame, Kind
 
 SUFFIX = ".vtkhdf"
 VERSION = (2, 2)
-VTK_TRIANGLE, VTK_QUAD = 5, 9
-STATIC = frozenset({"reference"})  # written once, the same at every step
+VTK_VERTEX, VTK_TRIANGLE, VTK_QUAD = 1, 5, 9
+STATIC = frozenset({"reference", "radius"})  # written once, the same at every step
+PACKED = frozenset({"damage", "rupture_time", "plastic", "diameter"})  # much of it is the same
 EXACT = frozenset({"points", "reference"})  # kept in f64: displacements are differences of these
 
 
@@ -47,7 +50,7 @@ def _create(group: h5py.Group, name: str, array: np.ndarray) -> None:
         group.create_dataset(name, data=array, maxshape=(None, *array.shape[1:]))
         return
     packing = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
-    if array.dtype.kind == "f" and name not in {"damage", "rupture_time"}:
+    if array.dtype.kind == "f" and name not in PACKED:
         packing = {}  # noise: packing costs more than it saves
     group.create_dataset(
         name, data=array, chunks=array.shape, maxshape=(None, *array.shape[1:]), **packing
@@ -63,20 +66,25 @@ def _extend(dataset: h5py.Dataset, rows: np.ndarray) -> int:
 
 
 def _create_file(path: Path, body: BodyFrame, time: float, step: int) -> None:
-    quads = body.cells[:, 3] >= 0
-    size = np.where(quads, 4, 3)
-    connectivity = body.cells[body.cells >= 0].astype(np.int64)
+    if len(body.cells):
+        quads = body.cells[:, 3] >= 0
+        size, types = np.where(quads, 4, 3), np.where(quads, VTK_QUAD, VTK_TRIANGLE)
+        connectivity = body.cells[body.cells >= 0].astype(np.int64)
+    else:
+        size, types = np.ones(len(body.points), dtype=np.int64), np.full(len(body.points), VTK_VERTEX)
+        connectivity = np.arange(len(body.points))
     temporary = path.with_name(path.name + ".tmp")
     with h5py.File(temporary, "w", libver="earliest", locking=False) as file:
         root = file.create_group("VTKHDF")
         root.attrs["Version"] = np.array(VERSION, dtype=np.int64)
         root.attrs.create("Type", np.bytes_("UnstructuredGrid"))
+        root.attrs.create("Kind", np.bytes_(body.kind))
         root["NumberOfPoints"] = np.array([len(body.points)], dtype=np.int64)
-        root["NumberOfCells"] = np.array([len(body.cells)], dtype=np.int64)
+        root["NumberOfCells"] = np.array([len(size)], dtype=np.int64)
         root["NumberOfConnectivityIds"] = np.array([len(connectivity)], dtype=np.int64)
         root["Connectivity"] = connectivity
         root["Offsets"] = np.concatenate([[0], np.cumsum(size)]).astype(np.int64)
-        root["Types"] = np.where(quads, VTK_QUAD, VTK_TRIANGLE).astype(np.uint8)
+        root["Types"] = types.astype(np.uint8)
         _create(root, "Points", body.points)
 
         steps = root.create_group("Steps")
@@ -109,6 +117,8 @@ def _append(path: Path, body: BodyFrame, time: float, step: int) -> None:
         root = file["VTKHDF"]
         steps = root["Steps"]
         count = int(steps.attrs["NSteps"])
+        if len(body.points) != int(root["NumberOfPoints"][0]):
+            raise ValueError(f"{path.name}: {len(body.points)} points after {int(root['NumberOfPoints'][0])}; they must stay as many")
         for kind, arrays in (("PointData", body.point_data), ("CellData", body.cell_data)):
             if set(arrays) != set(root[kind]):
                 raise ValueError(f"{path.name}: the fields changed from {sorted(root[kind])} to {sorted(arrays)}")
@@ -199,7 +209,7 @@ class FramesWriter:
 
 
 class FramesFile:
-    """Reads one body's file with h5py only: `times` [s], `steps`, and the body at any of them."""
+    """Reads one body's file with h5py only: `times` [s], `steps`, its `kind`, and the body at any of them."""
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
@@ -217,9 +227,11 @@ class FramesFile:
             raise SceneError(f"'{self.path}' is not a frames file of this package ({error})") from None
         offsets = self._root["Offsets"][:]
         connectivity = self._root["Connectivity"][:]
-        self.cells = np.full((len(offsets) - 1, 4), -1, dtype=np.int32)
-        corner = np.arange(4) < np.diff(offsets)[:, None]
-        self.cells[corner] = connectivity
+        self.kind: Kind = self._root.attrs.get("Kind", b"shell").decode()
+        self.cells = NO_CELLS
+        if self.kind == "shell":
+            self.cells = np.full((len(offsets) - 1, 4), -1, dtype=np.int32)
+            self.cells[np.arange(4) < np.diff(offsets)[:, None]] = connectivity
         self._points = int(self._root["NumberOfPoints"][0])
 
     def __len__(self) -> int:
@@ -257,4 +269,5 @@ class FramesFile:
             cells=self.cells,
             point_data={n: self.array("PointData", n, index) for n in self._root["PointData"]},
             cell_data={n: self.array("CellData", n, index) for n in self._root["CellData"]},
+            kind=self.kind,
         )

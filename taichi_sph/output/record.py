@@ -28,8 +28,15 @@ def scene_hash(scene: Scene | Study) -> str:
     if isinstance(scene, Study):
         data: Any = {name: scene_hash(case) for name, case in scene.cases.items()}
     else:
-        data = scene.model_dump(mode="json", exclude=set(SHOWN_ONLY))
+        data = _said(scene.model_dump(mode="json", exclude=set(SHOWN_ONLY)))
     return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
+
+
+def _said(data: Any) -> Any:
+    """Without what is None or empty: a key that a scene does not use changes no hash when it comes into being."""
+    if isinstance(data, dict):
+        return {k: _said(v) for k, v in data.items() if v is not None and v != [] and v != {}}
+    return [_said(v) for v in data] if isinstance(data, list) else data
 
 
 def versions() -> dict[str, str]:

@@ -1,6 +1,7 @@
 """What the user says. `from taichi_sph.scene import Scene, Shell, Plate, ...` starts no Taichi."""
 
 from .check import checked, sentence
+from .rigid import Pinball, PinballContact, Rigid
 from .schema import (
     Ball,
     Box,
@@ -41,7 +42,7 @@ __all__ = [
     "Angle", "CappedTank", "Cylinder", "Disc", "Roof", "SpherePatch",
     "Ball", "Box", "Collocation", "Convergence", "Cut", "Delay", "Density", "Dimensionless", "Force", "Galerkin",
     "InitialVelocity", "Length", "Material", "Mazars", "MeshFile", "Modes", "NodalForce", "NodalMoment", "Numerics", "Output", "Plate",
-    "PrescribedVelocity", "Pressure", "Probe", "Pulse", "Quality", "Quantity", "Ramp", "Scene", "Shell", "Speed", "Spin",
+    "Pinball", "PinballContact", "Rigid", "PrescribedVelocity", "Pressure", "Probe", "Pulse", "Quality", "Quantity", "Ramp", "Scene", "Shell", "Speed", "Spin",
     "Static", "StepLimit", "SurfacePressure",
     "Step", "Study", "Time", "Viscosity", "checked", "derive", "dump", "load", "load_scene", "parameters_of", "sentence", "to_si",
 ]  # fmt: skip

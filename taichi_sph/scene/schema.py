@@ -15,6 +15,7 @@ from pydantic import Field, StrictBool, StrictInt, model_validator
 from . import plausible
 from .base import Choice, Frozen, Point
 from .materials import Delay, Material, Mazars  # noqa: F401  (part of the vocabulary)
+from .rigid import PinballContact, Rigid
 from .surfaces import Disc, MeshFile, Plate, Surface
 from .units import Acceleration, Dimensionless, Force, Length, Moment, Pressure, Speed, Spin, Time
 
@@ -224,6 +225,7 @@ class Numerics(Frozen):
     precision: Literal["f32", "f64"] = "f64"
     time_step_safety: Annotated[Dimensionless, Field(gt=0, le=1)] = 0.9
     raised_inertia: StrictBool = True  # rotary inertia raised so that turning does not rule the step (T 2.52)
+    contact: PinballContact | None = None  # of scenes with several bodies; None: its defaults
 
 
 class Static(Frozen):
@@ -291,7 +293,8 @@ class Scene(Frozen):
     source: str
     quality: Literal["draft", "standard", "paper", "custom"] = "custom"
     parameters: dict[str, StrictBool | StrictInt | float | str] = {}
-    shells: tuple[Shell, ...]
+    shells: tuple[Shell, ...] = ()
+    rigids: tuple[Rigid, ...] = ()
     forces: tuple[NodalForce, ...] = ()
     moments: tuple[NodalMoment, ...] = ()
     pressures: tuple[SurfacePressure, ...] = ()

@@ -115,6 +115,8 @@ _NEWTON = Unit("N", "force", "3 kN")
 _DENSITY = Unit("kg/m^3", "density", "2450 kg/m^3")
 _MOMENT = Unit("N*m", "moment", "2 N*m")
 _ACCELERATION = Unit("m/s^2", "acceleration", "9.81 m/s^2")
+_KILOGRAM = Unit("kg", "mass", "31 g")
+_INERTIA = Unit("kg*m^2", "moment of inertia", "2e-6 kg*m^2")
 _ONE = Unit("", "pure number", "0.2")
 
 Length = Annotated[float, _validator(_METRE), _METRE]
@@ -122,6 +124,8 @@ Time = Annotated[float, _validator(_SECOND), _SECOND]
 Speed = Annotated[float, _validator(_SPEED), _SPEED]
 Spin = Annotated[float, _validator(_SPIN), _SPIN]
 Angle = Annotated[float, _validator(_RADIAN), _RADIAN]
+Mass = Annotated[float, _validator(_KILOGRAM), _KILOGRAM]
+Inertia = Annotated[float, _validator(_INERTIA), _INERTIA]
 Pressure = Annotated[float, _validator(_PASCAL), _PASCAL]
 Force = Annotated[float, _validator(_NEWTON), _NEWTON]
 Moment = Annotated[float, _validator(_MOMENT), _MOMENT]
