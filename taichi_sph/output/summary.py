@@ -12,6 +12,7 @@ from .folder import RunFolder, write_json
 from .histories import write_history
 from .measures import measure
 from .measures.cracks import body_pattern, tip_history
+from .measures.fragments import write_fragments
 from .record import commit, machine, scene_hash
 
 TIP_UNITS = {"time": "s", "x_front": "m", "y_front": "m", "ahead": "m", "speed": "m/s"}
@@ -85,13 +86,14 @@ def write_summary(
     steps: int,
     seconds: Mapping[str, float],
 ) -> dict[str, Any]:
-    """Writes histories/crack_tip.csv and summary.json of a finished run.
+    """Writes histories/crack_tip.csv, histories/fragments.csv and summary.json of a finished run.
 
     seconds: by name, "advance" the time loop without output and compilation. `node_steps_per_second`
     counts nodes over that time; stress points are not counted.
     """
     scene = run.scene
     write_crack_tips(run, scene)
+    write_fragments(run, scene)
     energies = run.history("energies")
 
     def largest(name: str) -> float | None:

@@ -15,6 +15,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize
 
 from ..output.frame import BodyFrame
+from ..output.measures.fragments import border
 
 DAMAGE = LinearSegmentedColormap.from_list(
     "damage",
@@ -143,19 +144,6 @@ def cell_values(body: BodyFrame, field: str) -> np.ndarray:
     return np.where(corner, speed[body.cells], 0.0).sum(axis=1) / corner.sum(axis=1)
 
 
-def border(body: BodyFrame) -> np.ndarray:
-    """(E, 2) node numbers of the edges that belong to one cell only: the outline of the whole body."""
-    cells = body.cells
-    following = np.roll(cells, -1, axis=1)
-    triangles = cells[:, 3] < 0
-    following[triangles, 2] = cells[triangles, 0]
-    edges = np.sort(np.column_stack([cells.ravel(), following.ravel()]), axis=1)
-    edges = edges[(edges >= 0).all(axis=1)]
-    nodes = len(body.points)
-    key, count = np.unique(edges[:, 0].astype(np.int64) * nodes + edges[:, 1], return_counts=True)
-    return np.column_stack(np.divmod(key[count == 1], nodes))
-
-
 def draw(axes: Axes, bodies: Sequence[BodyFrame], look: Look, view: View, with_vtk: bool) -> None:
     """Draws bodies into axes whose data are millimetres."""
     mm = 1e3
@@ -163,7 +151,7 @@ def draw(axes: Axes, bodies: Sequence[BodyFrame], look: Look, view: View, with_v
     axes.set_ylim(view.y0 * mm, view.y1 * mm)
     axes.set_aspect("equal")
     for body in bodies:  # where the body was: thin line
-        ends = view.seen(body.reference)[border(body)][:, :, :2] * mm
+        ends = view.seen(body.reference)[border(body.cells)][:, :, :2] * mm
         axes.add_collection(LineCollection(list(ends), colors=OUTLINE, linewidths=0.6, zorder=1))
     if with_vtk:
         from .vtk_panel import image

@@ -117,7 +117,7 @@ def test_round_down(value: float, expected: float) -> None:
 @pytest.mark.parametrize("triangles", [False, True])
 def test_border_is_the_outline(triangles: bool) -> None:
     plate = frames(1, spacing=0.002, triangles=triangles)[0].bodies[0]
-    edges = panel.border(plate)
+    edges = panel.border(plate.cells)
     length = np.linalg.norm(np.diff(plate.reference[edges], axis=1), axis=-1).sum()
     assert length == pytest.approx(2 * (0.1 + 0.04))
 

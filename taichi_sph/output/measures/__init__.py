@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from ...errors import SceneError, nearest
 from ...scene import Scene
 from ..folder import RunFolder
-from . import cracks, plates, waves
+from . import cracks, fragments, leak, perforation, plates, waves
 
 Measure = Callable[..., float | None]
 
@@ -39,6 +39,22 @@ MEASURES: dict[str, tuple[Measure, str]] = {  # name -> function, unit
     "frequency_ratio": (plates.frequency_ratio, ""),
     "step_ratio": (plates.step_ratio, ""),
     "relaxation_residual": (plates.relaxation_residual, ""),
+    "fragments_count": (fragments.fragments_count, ""),
+    "largest_fragment_mass": (fragments.largest_fragment_mass, "kg"),
+    "dust_mass": (fragments.dust_mass, "kg"),
+    "plug_diameter": (fragments.plug_diameter, "m"),
+    "hole_diameter": (fragments.hole_diameter, "m"),
+    "opening_diameter": (fragments.opening_diameter, "m"),
+    "crack_opening": (fragments.crack_opening, "m"),
+    "petals": (fragments.petals, ""),
+    "striker_speed": (perforation.striker_speed, "m/s"),
+    "striker_energy_lost": (perforation.striker_energy_lost, "J"),
+    "peak_force": (perforation.peak_force, "N"),
+    "time_to_rupture": (perforation.time_to_rupture, "s"),
+    "leak_rate": (leak.leak_rate, "l/s"),
+    "leaked_litres": (leak.leaked_litres, "l"),
+    "jet_speed": (leak.jet_speed, "m/s"),
+    "peak_pressure": (leak.peak_pressure, "Pa"),
 }
 
 

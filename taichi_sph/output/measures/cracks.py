@@ -11,8 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ...errors import SceneError
 from ...scene import Scene
 from ..folder import RunFolder
+from .fragments import crack_lengths
 from .pattern import LINK, SMALL, STRIP, Pattern, pattern
 
 FAR_SHARE = 0.3  # the part of the crack's length, at its end, in which branches are counted
@@ -180,8 +182,16 @@ def crack_start(run: RunFolder, scene: Scene, *, body: str | None = None, cut: i
     return float(p.linked[p.crack].min()) if p.crack.sum() >= SMALL else None
 
 
-def crack_length(run: RunFolder, scene: Scene, *, body: str | None = None, cut: int = 0) -> float:
-    """Straight distance [m] from the cut's tip to the crack's farthest cell."""
+def crack_length(
+    run: RunFolder, scene: Scene, *, body: str | None = None, cut: int = 0, how: str = "straight"
+) -> float:
+    """Length [m] of the crack: "straight", the distance from the cut's tip to its farthest cell; "longest", the longest
+    path through linked broken cells of any surface, from a cut or not; "total", the sum of these over all cracks."""
+    if how not in ("straight", "longest", "total"):
+        raise SceneError(f"option 'how' is 'straight', 'longest' or 'total', not {how!r}")
+    if how != "straight":
+        lengths = crack_lengths(run.frames(body).body(-1))
+        return float(lengths[:1].sum() if how == "longest" else lengths.sum())
     p = body_pattern(run, scene, body, cut)
     if p.crack.sum() < SMALL:
         return 0.0

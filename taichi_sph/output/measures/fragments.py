@@ -1,0 +1,461 @@
+"""What a broken shell fell into: fragments, plug, hole, petals, crack, read from its last frame.
+
+Two nodes belong together when a chain of live cells joins them. A fragment is such a set; a node without a live cell
+is dust. Areas are shares of the reference cells, broken ones included, so that the areas (and masses) of all fragments
+and of the dust add up to those of the body. The largest fragment and those with a node on the body's border are "held":
+they are what remains; what is missing from them is the hole.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from scipy import ndimage
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.spatial import cKDTree
+
+from ...errors import SceneError
+from ...scene import Scene, Shell
+from ..folder import RunFolder
+from ..frame import BodyFrame
+from ..histories import write_history
+from .pattern import LINK, SMALL, cell_centres, node_spacing
+
+LEAST = 4  # a smaller gap in the held part (nodes) is no hole
+ACROSS = 3.1  # spacings between two nodes on either side of a crack
+STEADY = 3  # rings in a row that must show as many cracks
+
+UNITS = {
+    "fragment": "-", "nodes": "-", "mass": "kg", "area": "m2", "size": "m", "x": "m", "y": "m", "z": "m",
+    "vx": "m/s", "vy": "m/s", "vz": "m/s", "held": "-",
+}  # fmt: skip
+
+
+def border(cells: np.ndarray) -> np.ndarray:
+    """(E, 2) node numbers of the edges that belong to one cell only: the outline of the whole body."""
+    following = np.roll(cells, -1, axis=1)
+    triangles = cells[:, 3] < 0
+    following[triangles, 2] = cells[triangles, 0]
+    edges = np.sort(np.column_stack([cells.ravel(), following.ravel()]), axis=1)
+    edges = edges[(edges >= 0).all(axis=1)]
+    nodes = int(cells.max(initial=0)) + 1
+    key, count = np.unique(edges[:, 0].astype(np.int64) * nodes + edges[:, 1], return_counts=True)
+    return np.column_stack(np.divmod(key[count == 1], nodes))
+
+
+def cell_areas(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """(M,) [m2]: half of the product of the diagonals; of the sides where the cell is a triangle."""
+    a, b, c, d = (points[cells[:, k]] for k in range(4))
+    triangle = (cells[:, 3] < 0)[:, None]
+    return 0.5 * np.linalg.norm(np.cross(c - a, np.where(triangle, b - a, d - b)), axis=1)
+
+
+def _joined(cells: np.ndarray, nodes: int) -> np.ndarray:
+    """(N,) number of the connected component of each node through `cells`."""
+    first = np.repeat(cells[:, :1], 3, axis=1)
+    other = np.where(cells[:, 1:] < 0, first, cells[:, 1:])
+    graph = coo_array((np.ones(first.size), (first.ravel(), other.ravel())), shape=(nodes, nodes))
+    return connected_components(graph, directed=False)[1]
+
+
+@dataclass(frozen=True)
+class Fragments:
+    """A body taken apart. `label` (N,): the fragment of each node, the largest first; -1 for dust.
+
+    node_area (N,), area (K,) [m2] of the reference; nodes (K,) how many; held (K,) bool.
+    """
+
+    body: BodyFrame
+    label: np.ndarray
+    node_area: np.ndarray
+    area: np.ndarray
+    nodes: np.ndarray
+    held: np.ndarray
+
+    @cached_property
+    def gone(self) -> np.ndarray:
+        """(N,) bool: nodes that are no part of what is held."""
+        return (self.label < 0) | ~self.held[self.label]
+
+    @property
+    def dust(self) -> np.ndarray:
+        """(N,) bool"""
+        return self.label < 0
+
+    @property
+    def free(self) -> np.ndarray:
+        """Numbers of the fragments that are not held, the largest first."""
+        return np.flatnonzero(~self.held)
+
+    def of(self, values: np.ndarray, fragment: int) -> np.ndarray:
+        """Mean over a fragment (-1: the dust) of nodal values, weighted by mass."""
+        mine = self.label == fragment
+        return np.average(values[mine], axis=0, weights=self.node_area[mine])
+
+    def size(self, fragment: int) -> float:
+        """Largest extent [m] of a fragment now, along its longest axis."""
+        points = self.body.points[self.label == fragment]
+        _, _, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+        return float(np.ptp(points @ axes[0]))
+
+
+def live(body: BodyFrame) -> np.ndarray:
+    """(M,) bool"""
+    return ~np.asarray(body.cell_data["broken"]).astype(bool)
+
+
+def ruptured(body: BodyFrame) -> np.ndarray:
+    """(M,) bool: cells that broke during the run, not at its start by a cut."""
+    return ~live(body) & (np.nan_to_num(np.asarray(body.cell_data["rupture_time"], dtype=float)) > 0)
+
+
+def fragments(body: BodyFrame) -> Fragments:
+    """The fragments of a shell at one instant."""
+    cells, count = body.cells, len(body.points)
+    share = np.repeat((cell_areas(body.reference, cells) / (cells >= 0).sum(axis=1))[:, None], 4, axis=1)
+    corner = cells >= 0
+    node_area = np.bincount(cells[corner], share[corner], minlength=count)
+    whole = cells[live(body)]
+    component = _joined(whole, count)
+    alive = np.zeros(count, dtype=bool)
+    alive[whole[whole >= 0]] = True
+    area = np.bincount(component[alive], node_area[alive], minlength=component.max(initial=-1) + 1)
+    present = np.unique(component[alive])
+    order = present[np.argsort(-area[present], kind="stable")]
+    number = np.full(len(area), -1)
+    number[order] = np.arange(len(order))
+    label = np.where(alive, number[component], -1)
+    held = np.zeros(len(order), dtype=bool)
+    held[:1] = True
+    ends = label[np.unique(border(cells))]
+    held[ends[ends >= 0]] = True
+    return Fragments(body, label, node_area, area[order], np.bincount(label[alive], minlength=len(order)), held)
+
+
+@dataclass(frozen=True)
+class Hole:
+    """A gap in what is held: its nodes, area [m2] and centre (3,) [m] in the reference, and when it began [s]."""
+
+    nodes: np.ndarray
+    area: float
+    centre: np.ndarray
+    time: float
+
+    @property
+    def diameter(self) -> float:
+        """Of the disc of the same area [m]."""
+        return float(np.sqrt(4 * self.area / np.pi))
+
+
+def holes(f: Fragments) -> list[Hole]:
+    """The holes, in the order in which they began."""
+    body = f.body
+    inside = f.gone[body.cells] | (body.cells < 0)
+    label = _joined(body.cells[inside.all(axis=1)], len(body.points))
+    rupture = np.where(ruptured(body), np.asarray(body.cell_data["rupture_time"], dtype=float), np.inf)
+    began = np.full(len(body.points), np.inf)
+    corner = body.cells >= 0
+    np.minimum.at(began, body.cells[corner], np.broadcast_to(rupture[:, None], corner.shape)[corner])
+    found = []
+    numbers, many = np.unique(label[f.gone], return_counts=True)
+    for number in numbers[many >= LEAST]:
+        nodes = np.flatnonzero(f.gone & (label == number))
+        weight = f.node_area[nodes]
+        centre = np.average(body.reference[nodes], axis=0, weights=weight)
+        found.append(Hole(nodes, float(weight.sum()), centre, float(began[nodes].min())))
+    return sorted(found, key=lambda h: h.time)
+
+
+# --- where it was hit ---------------------------------------------------------------------------
+
+
+def flight(run: RunFolder) -> tuple[np.ndarray, np.ndarray] | None:
+    """Place (3,) [m] and direction (3,) of the fastest rigid body at the start; None where none moves."""
+    best, speed = None, 0.0
+    for file in run.of_kind("rigid"):
+        start = file.body(0)
+        velocity = start.point_data["velocity"].mean(axis=0)
+        if np.linalg.norm(velocity) > speed:
+            speed = float(np.linalg.norm(velocity))
+            best = start.points.mean(axis=0), velocity / speed
+    return best
+
+
+def struck_at(run: RunFolder, body: BodyFrame) -> np.ndarray:
+    """(3,) [m] in the reference: where the path of the striker first meets the body; without one, where it broke first."""
+    path = flight(run)
+    reference = body.reference
+    if path is not None:
+        start, direction = path
+        along = (reference - start) @ direction
+        aside = np.linalg.norm(reference - start - along[:, None] * direction, axis=1)
+        near = np.flatnonzero((along > 0) & (aside <= 1.5 * node_spacing(reference, body.cells)))
+        if len(near):
+            first = near[along[near] <= along[near].min() + node_spacing(reference, body.cells)]
+            return start + along[first[np.argmin(aside[first])]] * direction
+    broke = ruptured(body)
+    if not broke.any():
+        return reference.mean(axis=0)
+    time = np.where(broke, np.asarray(body.cell_data["rupture_time"], dtype=float), np.inf)
+    return cell_centres(reference, body.cells)[np.argmin(time)]
+
+
+def normal_at(body: BodyFrame, centre: np.ndarray, reach: float) -> np.ndarray:
+    """(3,) unit normal of the plane through the reference nodes within `reach` [m] of a point."""
+    near = body.reference[np.linalg.norm(body.reference - centre, axis=1) <= reach]
+    return np.linalg.svd(near - near.mean(axis=0), full_matrices=False)[2][2]
+
+
+# --- cracks on any surface ------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Cracks:
+    """Broken cells: centres (K, 3) [m] in the reference, `label` (K,) of the linked set, graph of the links [m]."""
+
+    cells: np.ndarray
+    centres: np.ndarray
+    label: np.ndarray
+    graph: coo_array
+    spacing: float
+
+    def longest(self, number: int) -> float:
+        """The longest shortest path through a linked set, plus one spacing [m]: two sweeps, exact for a tree."""
+        mine = np.flatnonzero(self.label == number)
+        graph = self.graph.tocsr()[mine][:, mine]
+        far = int(np.argmax(dijkstra(graph, directed=False, indices=0)))
+        return float(dijkstra(graph, directed=False, indices=far).max()) + self.spacing
+
+
+def crack_sets(body: BodyFrame) -> Cracks:
+    """The broken cells of a body and which of them follow each other within 2.1 spacings."""
+    cells = np.flatnonzero(ruptured(body))
+    centres = cell_centres(body.reference, body.cells)[cells]
+    spacing = node_spacing(body.reference, body.cells)
+    pairs = cKDTree(centres).query_pairs(LINK * spacing, output_type="ndarray") if len(cells) else np.empty((0, 2), int)
+    length = np.linalg.norm(centres[pairs[:, 0]] - centres[pairs[:, 1]], axis=1)
+    graph = coo_array((length, (pairs[:, 0], pairs[:, 1])), shape=(len(cells),) * 2)
+    label = connected_components(graph, directed=False)[1] if len(cells) else np.empty(0, dtype=int)
+    return Cracks(cells, centres, label, graph, spacing)
+
+
+def crack_lengths(body: BodyFrame) -> np.ndarray:
+    """Longest path [m] of each crack of 5 cells or more, the longest first."""
+    c = crack_sets(body)
+    size = np.bincount(c.label)
+    return np.sort([c.longest(n) for n in np.flatnonzero(size >= SMALL)])[::-1]
+
+
+def radial_cracks(body: BodyFrame, centre: np.ndarray) -> int:
+    """Cracks that cross rings around `centre`: the largest number that three rings in a row show.
+
+    Rings lie one spacing apart, from two spacings on, and count the angular groups of the broken cells of the set nearest
+    to the centre; a gap of more than 2.1 spacings along the ring parts two of them. A full ring is the rim of a plug and
+    no radial crack.
+    """
+    c = crack_sets(body)
+    if len(c.cells) == 0:
+        return 0
+    mine = c.label == c.label[np.argmin(np.linalg.norm(c.centres - centre, axis=1))]
+    away = c.centres[mine] - centre
+    normal = normal_at(body, centre, max(6 * c.spacing, 0.5 * float(np.linalg.norm(away, axis=1).max())))
+    axes = np.linalg.svd(normal[None])[2][1:]
+    radius, angle = np.linalg.norm(away, axis=1), np.arctan2(*(away @ axes.T).T)
+    counts = []
+    for r in np.arange(2.0, radius.max() / c.spacing + 1) * c.spacing:
+        here = np.sort(angle[np.abs(radius - r) <= 0.75 * c.spacing])
+        gaps = np.diff(here, append=here[:1] + 2 * np.pi)
+        counts.append(int(np.count_nonzero(gaps * r > LINK * c.spacing)))
+    windows = [min(counts[i : i + STEADY]) for i in range(max(1, len(counts) - STEADY + 1)) if counts]
+    return max(windows, default=0)
+
+
+def widest(body: BodyFrame) -> float:
+    """How far [m] the lips of a crack have moved apart: over pairs of nodes that face each other across broken cells."""
+    f = fragments(body)
+    broke = ruptured(body)
+    if not broke.any():
+        return 0.0
+    spacing = node_spacing(body.reference, body.cells)
+    touched = np.zeros(len(body.points), dtype=bool)
+    corner = body.cells[broke]
+    touched[corner[corner >= 0]] = True
+    lips = np.flatnonzero(touched & ~f.gone)
+    if len(lips) < 2:
+        return 0.0
+    pairs = lips[cKDTree(body.reference[lips]).query_pairs(ACROSS * spacing, output_type="ndarray")]
+    middle = body.reference[pairs].mean(axis=1)
+    centres = cell_centres(body.reference, body.cells)[broke]
+    pairs = pairs[cKDTree(centres).query(middle)[0] <= 0.75 * spacing] if len(pairs) else pairs
+    if len(pairs) == 0:
+        return 0.0
+    now = np.linalg.norm(np.diff(body.points[pairs], axis=1)[:, 0], axis=1)
+    before = np.linalg.norm(np.diff(body.reference[pairs], axis=1)[:, 0], axis=1)
+    return max(0.0, float((now - before).max()))
+
+
+def light(body: BodyFrame, centre: np.ndarray, direction: np.ndarray, reach: float) -> float:
+    """Area [m2] through which one sees along `direction`, past the held live cells within `reach` [m] of `centre`.
+
+    Cells are projected now, bent as they are, on a raster of a third of a spacing; the area is the uncovered set nearest to
+    the centre that does not touch the rim of the window.
+    """
+    f = fragments(body)
+    step = node_spacing(body.reference, body.cells) / 3
+    near = np.linalg.norm(cell_centres(body.reference, body.cells) - centre, axis=1) <= 1.5 * reach
+    corner = np.where(body.cells < 0, body.cells[:, :1], body.cells)
+    chosen = corner[near & live(body) & ~f.gone[corner].any(axis=1)]
+    axes = np.linalg.svd(direction[None])[2][1:]
+    quads = ((body.points[chosen] - centre) @ axes.T) / step
+    longest = np.abs(np.diff(quads, axis=1)).max(initial=0)
+    fine = np.linspace(0, 1, min(int(2 * longest) + 3, 60))
+    half = int(reach / step)
+    covered = np.zeros((2 * half + 1,) * 2, dtype=bool)
+    for s in fine:
+        for t in fine:
+            weights = np.array([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t])
+            i, j = (np.rint(np.einsum("k,mkc->cm", weights, quads)).astype(int) + half).clip(-1, 2 * half + 1)
+            inside = (i >= 0) & (j >= 0) & (i <= 2 * half) & (j <= 2 * half)
+            covered[i[inside], j[inside]] = True
+    label, count = ndimage.label(~covered)
+    if count == 0:
+        return 0.0
+    rim = np.unique(np.concatenate([label[0], label[-1], label[:, 0], label[:, -1]]))
+    place = np.argwhere((label > 0) & ~np.isin(label, rim))
+    if len(place) == 0:
+        return 0.0
+    nearest = place[np.argmin(np.linalg.norm(place - half, axis=1))]
+    return float(np.count_nonzero(label == label[tuple(nearest)])) * step**2
+
+
+# --- the list ----------------------------------------------------------------------------------------
+
+
+def shell_of(scene: Scene, name: str) -> Shell:
+    return next(shell for shell in scene.shells if shell.name == name)
+
+
+def mass_per_area(shell: Shell) -> float:
+    return shell.thickness * shell.material.density
+
+
+def table(f: Fragments, shell: Shell) -> dict[str, np.ndarray]:
+    """Columns of fragments.csv: a row for each fragment, the largest first, then one (-1) for all the dust."""
+    body, areal = f.body, mass_per_area(shell)
+    rows = []
+    for number in [*range(len(f.area)), *([-1] if f.dust.any() else [])]:
+        mine = f.label == number
+        area = float(f.node_area[mine].sum())
+        place, velocity = f.of(body.points, number), f.of(body.point_data["velocity"], number)
+        size = f.size(number) if number >= 0 else 0.0
+        held = int(number >= 0 and f.held[number])
+        rows.append((number, int(mine.sum()), areal * area, area, size, *place, *velocity, held))
+    return {name: np.array(values) for name, values in zip(UNITS, zip(*rows, strict=True), strict=True)}
+
+
+def write_fragments(run: RunFolder, scene: Scene) -> list[str]:
+    """histories/fragments.csv (fragments_<body>.csv where there are several shells) of the last frame, where a shell broke."""
+    names = []
+    for file in run.of_kind("shell"):
+        body = file.body(-1)
+        if not ruptured(body).any():
+            continue
+        name = "fragments" if len(scene.shells) == 1 else f"fragments_{file.name}"
+        path: Path = run.path / "histories" / f"{name}.csv"
+        write_history(path, UNITS, table(fragments(body), shell_of(scene, file.name)))
+        names.append(name)
+    return names
+
+
+# --- the measures -------------------------------------------------------------------------------
+
+
+def _last(run: RunFolder, body: str | None) -> BodyFrame:
+    file = run.frames(body)
+    if file.kind != "shell":
+        raise SceneError(f"body '{file.name}' is {file.kind}, and only a shell breaks; give the option 'body'")
+    return file.body(-1)
+
+
+def _centre(run: RunFolder, body: BodyFrame, x: float | None, y: float | None, z: float | None) -> np.ndarray:
+    given = [x, y, z]
+    if all(v is None for v in given):
+        return struck_at(run, body)
+    return np.array([0.0 if v is None else v for v in given])
+
+
+def fragments_count(run: RunFolder, scene: Scene, *, body: str | None = None, nodes: float = 2) -> float:
+    """Fragments of at least `nodes` nodes that are not held; dust does not count."""
+    f = fragments(_last(run, body))
+    return float(np.count_nonzero(f.nodes[f.free] >= nodes))
+
+
+def largest_fragment_mass(run: RunFolder, scene: Scene, *, body: str | None = None) -> float:
+    """Mass [kg] of the largest fragment that is not held; 0 without one."""
+    last = _last(run, body)
+    f = fragments(last)
+    return float(f.area[f.free[0]]) * mass_per_area(shell_of(scene, last.name)) if len(f.free) else 0.0
+
+
+def dust_mass(run: RunFolder, scene: Scene, *, body: str | None = None) -> float:
+    """Mass [kg] of the nodes without a live cell."""
+    last = _last(run, body)
+    f = fragments(last)
+    return float(f.node_area[f.dust].sum()) * mass_per_area(shell_of(scene, last.name))
+
+
+def plug_diameter(run: RunFolder, scene: Scene, *, body: str | None = None) -> float:
+    """Diameter [m] of the disc as large as the largest fragment that is not held; 0 without one."""
+    f = fragments(_last(run, body))
+    return float(np.sqrt(4 * f.area[f.free[0]] / np.pi)) if len(f.free) else 0.0
+
+
+def hole_diameter(run: RunFolder, scene: Scene, *, body: str | None = None, hole: float = 1) -> float:
+    """Diameter [m] of the disc as large as what is missing of the reference in the `hole`-th hole (the first one
+    began first: the front of a tank, then its back); 0 without it. Petals are not missing: see opening_diameter."""
+    found = holes(fragments(_last(run, body)))
+    return found[int(hole) - 1].diameter if len(found) >= hole else 0.0
+
+
+def opening_diameter(
+    run: RunFolder,
+    scene: Scene,
+    *,
+    body: str | None = None,
+    x: float | None = None,
+    y: float | None = None,
+    z: float | None = None,
+    reach: float | None = None,
+) -> float:
+    """Diameter [m] of the disc as large as the hole that one sees along the striker's flight (the normal, without a
+    striker), between petals bent as they are; around where it was struck, or (x, y, z), within `reach` [m]
+    (default: a third of the body's size)."""
+    last = _last(run, body)
+    centre = _centre(run, last, x, y, z)
+    reach = reach or float(np.ptp(last.reference, axis=0).max()) / 3
+    path = flight(run)
+    direction = path[1] if path is not None else normal_at(last, centre, reach / 3)
+    return float(np.sqrt(4 / np.pi * light(last, centre, direction, reach)))
+
+
+def crack_opening(run: RunFolder, scene: Scene, *, body: str | None = None) -> float:
+    """How far [m] the lips of the widest crack have moved apart at the end."""
+    return widest(_last(run, body))
+
+
+def petals(
+    run: RunFolder,
+    scene: Scene,
+    *,
+    body: str | None = None,
+    x: float | None = None,
+    y: float | None = None,
+    z: float | None = None,
+) -> float:
+    """Radial cracks that cross a ring around where it was struck, or around (x, y, z) [m] of the reference."""
+    last = _last(run, body)
+    return float(radial_cracks(last, _centre(run, last, x, y, z)))

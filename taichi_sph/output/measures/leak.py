@@ -1,0 +1,97 @@
+"""Measures of a leaking tank, from histories/leak.csv and the frames of the fluid.
+
+Columns: time [s], escaped_mass [kg], escaped_count [-], rate [kg/s], jet_speed [m/s], jet_x, jet_y, jet_z (direction),
+opening_area [m2]. Litres are the escaped mass over the density that the fluid starts with.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ...errors import SceneError
+from ...scene import Scene
+from ..folder import RunFolder
+from ..histories import History
+
+LITRE = 1e-3  # m3
+HISTORY = "leak"
+
+
+def density(run: RunFolder) -> float:
+    """Density [kg/m3] of the fluid at the start, the median over its particles."""
+    fluids = run.of_kind("fluid")
+    if not fluids:
+        raise SceneError(f"'{run.path}' holds no frames of a fluid")
+    return float(np.median(fluids[0].array("PointData", "density", 0)))
+
+
+def litres(run: RunFolder, history: History) -> np.ndarray:
+    """(n,) what has escaped [l]."""
+    return history["escaped_mass"] / density(run) / LITRE
+
+
+def window(history: History, start: float | None, end: float) -> np.ndarray:
+    """(n,) bool: samples from `start` (by default the first escape) to `end` [s]."""
+    if start is None:
+        out = np.flatnonzero(history["escaped_mass"] > 0)
+        start = float(history.time[max(out[0] - 1, 0)]) if len(out) else math.inf
+    return (history.time >= start) & (history.time <= end)
+
+
+def leak_rate(run: RunFolder, scene: Scene, *, start: float | None = None, end: float = math.inf) -> float:
+    """Mean leak [l/s] from `start` (by default the first escape) to `end` [s]: what escaped over the time between;
+    0 where nothing did."""
+    history = run.history(HISTORY)
+    inside = np.flatnonzero(window(history, start, end))
+    if len(inside) < 2:
+        return 0.0
+    out, time = litres(run, history)[inside], history.time[inside]
+    return float((out[-1] - out[0]) / (time[-1] - time[0]))
+
+
+def leaked_litres(run: RunFolder, scene: Scene, *, time: float | None = None) -> float:
+    """What has escaped [l] by the end, or by `time` [s]."""
+    history = run.history(HISTORY)
+    out = litres(run, history)
+    if len(out) == 0:
+        return 0.0
+    return float(out[-1]) if time is None else float(np.interp(time, history.time, out))
+
+
+def jet_speed(run: RunFolder, scene: Scene, *, start: float | None = None, end: float = math.inf) -> float | None:
+    """Speed [m/s] of the jet, the mean over the mass that escapes between `start` and `end` [s]; None without a jet."""
+    history = run.history(HISTORY)
+    inside = window(history, start, end)
+    rate, speed = history["rate"][inside], history["jet_speed"][inside]
+    good = np.isfinite(speed) & (rate > 0)
+    return float(np.average(speed[good], weights=rate[good])) if good.any() else None
+
+
+def peak_pressure(
+    run: RunFolder,
+    scene: Scene,
+    *,
+    x: float | None = None,
+    y: float | None = None,
+    z: float | None = None,
+    within: float | None = None,
+    body: str | None = None,
+) -> float | None:
+    """Largest pressure [Pa] of the frames, the mean over the particles that stand within `within` [m] (default: three
+    diameters) of a point; without a point the largest of any particle. None where no particle comes there."""
+    fluids = run.of_kind("fluid") if body is None else [run.frames(body)]
+    if not fluids or fluids[0].kind != "fluid":
+        raise SceneError(f"'{run.path}' holds no frames of a fluid{'' if body is None else f' {body!r}'}")
+    place = None if x is None and y is None and z is None else np.array([x or 0.0, y or 0.0, z or 0.0])
+    peak = None
+    for frame in fluids[0]:
+        pressure = frame.point_data["pressure"]
+        if place is not None:
+            reach = within or 3 * float(np.median(frame.point_data["diameter"]))
+            pressure = pressure[np.linalg.norm(frame.points - place, axis=1) <= reach]
+            pressure = np.array([pressure.mean()]) if len(pressure) else pressure
+        if len(pressure):
+            peak = max(float(pressure.max()), -math.inf if peak is None else peak)
+    return peak
