@@ -1,4 +1,4 @@
-"""The answer of a run in words: did it crack, how, how fast, and can the numbers be trusted."""
+"""The answer of a run in words: did it crack or rupture, how, how fast does it leak, and can the numbers be trusted."""
 
 from __future__ import annotations
 
@@ -9,11 +9,20 @@ import numpy as np
 
 from ..scene import Scene, Shell
 from .folder import RunFolder
-from .measures import cracks
+from .measures import cracks, fragments, leak, perforation
 from .measures.pattern import SMALL, Pattern, pattern
 
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
-SCALES = {"s": ((1e-6, "us"), (1e-3, "ms"), (1.0, "s")), "m": ((1e-6, "um"), (1e-3, "mm"), (1.0, "m"))}
+SCALES = {
+    "s": ((1e-6, "us"), (1e-3, "ms"), (1.0, "s")),
+    "m": ((1e-6, "um"), (1e-3, "mm"), (1.0, "m")),
+    "kg": ((1e-6, "mg"), (1e-3, "g"), (1.0, "kg")),
+    "l": ((1e-6, "ul"), (1e-3, "ml"), (1.0, "l")),
+    "l/s": ((1e-3, "ml/s"), (1.0, "l/s")),
+    "N": ((1.0, "N"), (1e3, "kN"), (1e6, "MN")),
+    "J": ((1e-3, "mJ"), (1.0, "J"), (1e3, "kJ"), (1e6, "MJ")),
+    "Pa": ((1.0, "Pa"), (1e3, "kPa"), (1e6, "MPa"), (1e9, "GPa")),
+}
 
 
 def count(number: int) -> str:
@@ -21,11 +30,12 @@ def count(number: int) -> str:
 
 
 def quantity_text(value: float | None, unit: str) -> str:
-    """A value with three digits, seconds and metres in a unit that suits: 5.62e-05 s -> "56.2 us"."""
+    """A value with three digits, in a multiple of its unit that suits: 5.62e-05 s -> "56.2 us"."""
     if value is None:
         return "none"
-    for scale, name in SCALES.get(unit, ()):
-        if 0 < abs(value) < 1000 * scale or scale == 1.0:
+    scales = SCALES.get(unit, ())
+    for scale, name in scales:
+        if 0 < abs(value) < 1000 * scale or (value == 0 and scale == 1.0) or scale == scales[-1][0]:
             value, unit = value / scale, name
             break
     # three digits, but whole numbers are not rounded: 1450 m/s
@@ -107,12 +117,98 @@ def _body(run: RunFolder, shell: Shell, named: bool) -> str:
     return f"{head}: yes, {broken} of {len(body.cells)} stress points broke. {sentences}."
 
 
+def _rupture(run: RunFolder, shell: Shell) -> tuple[str, bool]:
+    """What a struck or pressed shell came to: hole, petals, plug; or the crack. And whether it ruptured."""
+    body = run.frames(shell.name).body(-1)
+    the = f"The {shell.name.replace('_', ' ')}"
+    when = perforation.first_rupture(run, shell.name)
+    if when is None:
+        worst = ", ".join(
+            f"{title} {float(np.max(body.cell_data[key], initial=0.0)):.2g}"
+            for key, title in (("plastic", "plastic strain"), ("damage", "damage"))
+            if key in body.cell_data
+        )
+        return f"{the} did not rupture; the largest {worst}.", False
+    f = fragments.fragments(body)
+    found = fragments.holes(f)
+    lengths = fragments.crack_lengths(body)
+    parts = []
+    for number, hole in enumerate(found[:3]):
+        text = f"a hole of {quantity_text(hole.diameter, 'm')}"
+        parts.append(text if number == 0 else f"another of {quantity_text(hole.diameter, 'm')} at {quantity_text(hole.time, 's')}")
+    torn = fragments.radial_cracks(body, fragments.struck_at(run, body))
+    wide = max((hole.diameter for hole in found), default=0.0)
+    if torn > 2:
+        parts.append(f"{count(torn)} petals")
+    elif len(lengths) and lengths[0] > 3 * math.pi * max(wide, fragments.node_spacing(body.reference, body.cells)):
+        parts.append(f"a crack {quantity_text(float(lengths[0]), 'm')} long, open by {quantity_text(fragments.widest(body), 'm')}")
+    sentences = [f"{the} ruptured at {quantity_text(when, 's')}" + (f": {', '.join(parts)}" if parts else "")]
+    if len(f.free):
+        areal = fragments.mass_per_area(shell)
+        plug = f.free[0]
+        speed = float(np.linalg.norm(f.of(body.point_data["velocity"], plug)))
+        across = 2 * math.sqrt(float(f.area[plug]) / math.pi)
+        mass = quantity_text(areal * float(f.area[plug]), "kg")
+        sentences[0] += f"; a plug of {quantity_text(across, 'm')} ({mass}) flies at {quantity_text(speed, 'm/s')}"
+        others = int(np.count_nonzero(f.nodes[f.free[1:]] >= 2))
+        if others:
+            sentences[0] += f", with {count(others)} smaller fragment{'' if others == 1 else 's'}"
+    return ". ".join(sentences) + ".", True
+
+
+def _strikers(run: RunFolder) -> list[str]:
+    """How the moving rigid bodies end."""
+    found = []
+    names = perforation.striker_names(run)
+    for name in names:
+        history = run.history(perforation.PREFIX + name)
+        lost = perforation.energy_share_lost(history)
+        if lost is None:
+            continue
+        v = perforation.speeds(history)
+        turned = sum(history[c][0] * history[c][-1] for c in ("vx", "vy", "vz")) < 0
+        the = "The striker" if sum(1 for n in names if perforation.start_speed(run.history(perforation.PREFIX + n)) > 0) == 1 else f"The {name}"
+        found.append(
+            f"{the} {'bounces back' if turned else 'ends'} at {quantity_text(float(v[-1]), 'm/s')} after "
+            f"{quantity_text(float(v[0]), 'm/s')} ({100 * lost:.3g} % of its energy {'lost' if lost >= 0 else 'more'}); "
+            f"the largest force is {quantity_text(float(perforation.forces(history).max()), 'N')}."
+        )
+    return found
+
+
+def _leak(run: RunFolder, ruptured: bool) -> list[str]:
+    """What leaves a tank, and how fast."""
+    if leak.HISTORY not in run.histories() or not len(run.history(leak.HISTORY)):
+        return []
+    history = run.history(leak.HISTORY)
+    out = float(leak.litres(run, history)[-1])
+    if out <= 0:
+        return ["Nothing leaked out." if not ruptured else f"Nothing leaked out by {quantity_text(float(history.time[-1]), 's')}."]
+    text = f"It leaks {quantity_text(leak.leak_rate(run, run.scene), 'l/s')}: {quantity_text(out, 'l')} by the end"
+    speed = leak.jet_speed(run, run.scene)
+    if speed is not None:
+        text += f", in a jet of {quantity_text(speed, 'm/s')}"
+    area = float(history["opening_area"][-1])
+    if area > 0:
+        text += f", through {area * 1e4:.3g} cm2"
+    return [text + "."]
+
+
+def _struck(run: RunFolder, shells: list[Shell]) -> list[str]:
+    """The verdict on shells that are struck or filled."""
+    told = [_rupture(run, shell) for shell in shells]
+    return [*(text for text, _ in told), *_leak(run, any(broke for _, broke in told)), *_strikers(run)]
+
+
 def answer(run: RunFolder, summary: dict[str, Any] | None = None) -> list[str]:
     """Lines of text: the cracks, the quantities against their targets, the balance of energy, the cost."""
     scene: Scene = run.scene
     summary = run.summary if summary is None else summary
     breakable = [s for s in scene.shells if s.material.damage is not None and s.name in run.bodies()]
-    lines = [_body(run, shell, len(scene.shells) > 1) for shell in breakable]
+    if run.of_kind("rigid") or run.of_kind("fluid"):
+        lines = _struck(run, breakable)
+    else:
+        lines = [_body(run, shell, len(scene.shells) > 1) for shell in breakable]
     for name, entry in summary["quantities"].items():
         target = tolerance_text(entry)
         lines.append(f"{name}: {quantity_text(entry['value'], entry['unit'])}" + (f" ({target})" if target else ""))

@@ -25,7 +25,8 @@ from ..frame import BodyFrame
 from ..histories import write_history
 from .pattern import LINK, SMALL, cell_centres, node_spacing
 
-LEAST = 4  # a smaller gap in the held part (nodes) is no hole
+LEAST = 4  # a smaller gap in what is held (nodes) is no hole
+COMPACT = 0.6  # its diameter over its extent, from which on a gap without a missing cell is a hole
 ACROSS = 3.1  # spacings between two nodes on either side of a crack
 STEADY = 3  # rings in a row that must show as many cracks
 
@@ -54,11 +55,11 @@ def cell_areas(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
     return 0.5 * np.linalg.norm(np.cross(c - a, np.where(triangle, b - a, d - b)), axis=1)
 
 
-def _joined(cells: np.ndarray, nodes: int) -> np.ndarray:
-    """(N,) number of the connected component of each node through `cells`."""
-    first = np.repeat(cells[:, :1], 3, axis=1)
-    other = np.where(cells[:, 1:] < 0, first, cells[:, 1:])
-    graph = coo_array((np.ones(first.size), (first.ravel(), other.ravel())), shape=(nodes, nodes))
+def _joined(cells: np.ndarray, among: np.ndarray) -> np.ndarray:
+    """(N,) number of the connected component of each node through `cells`, links between the nodes `among` (N,) bool only."""
+    first, other = cells[:, [0, 0, 0, 1, 1, 2]].ravel(), cells[:, [1, 2, 3, 2, 3, 3]].ravel()
+    link = (other >= 0) & among[first] & among[other]
+    graph = coo_array((np.ones(np.count_nonzero(link)), (first[link], other[link])), shape=(len(among),) * 2)
     return connected_components(graph, directed=False)[1]
 
 
@@ -120,9 +121,9 @@ def fragments(body: BodyFrame) -> Fragments:
     corner = cells >= 0
     node_area = np.bincount(cells[corner], share[corner], minlength=count)
     whole = cells[live(body)]
-    component = _joined(whole, count)
     alive = np.zeros(count, dtype=bool)
     alive[whole[whole >= 0]] = True
+    component = _joined(whole, alive)
     area = np.bincount(component[alive], node_area[alive], minlength=component.max(initial=-1) + 1)
     present = np.unique(component[alive])
     order = present[np.argsort(-area[present], kind="stable")]
@@ -152,18 +153,30 @@ class Hole:
 
 
 def holes(f: Fragments) -> list[Hole]:
-    """The holes, in the order in which they began."""
+    """The holes, in the order in which they began.
+
+    A crack leaves a line of dust that is no hole. What counts are cells of which every node is missing; where a gap has
+    none (a hole few nodes wide), the whole gap counts if it is about as wide as it is long.
+    """
     body = f.body
-    inside = f.gone[body.cells] | (body.cells < 0)
-    label = _joined(body.cells[inside.all(axis=1)], len(body.points))
+    spacing = node_spacing(body.reference, body.cells)
+    missing = body.cells[(f.gone[body.cells] | (body.cells < 0)).all(axis=1)]
+    wide = np.zeros(len(body.points), dtype=bool)
+    wide[missing[missing >= 0]] = True
+    gap = _joined(body.cells, f.gone)
+    for number in np.setdiff1d(gap[f.gone], gap[wide]):
+        nodes = np.flatnonzero(gap == number)
+        extent = float(np.linalg.norm(np.ptp(body.reference[nodes], axis=0))) + spacing
+        compact = 2 * np.sqrt(f.node_area[nodes].sum() / np.pi) >= COMPACT * extent
+        wide[nodes] = len(nodes) >= LEAST and compact
+    label = _joined(body.cells, wide)
     rupture = np.where(ruptured(body), np.asarray(body.cell_data["rupture_time"], dtype=float), np.inf)
     began = np.full(len(body.points), np.inf)
     corner = body.cells >= 0
     np.minimum.at(began, body.cells[corner], np.broadcast_to(rupture[:, None], corner.shape)[corner])
     found = []
-    numbers, many = np.unique(label[f.gone], return_counts=True)
-    for number in numbers[many >= LEAST]:
-        nodes = np.flatnonzero(f.gone & (label == number))
+    for number in np.unique(label[wide]):
+        nodes = np.flatnonzero(wide & (label == number))
         weight = f.node_area[nodes]
         centre = np.average(body.reference[nodes], axis=0, weights=weight)
         found.append(Hole(nodes, float(weight.sum()), centre, float(began[nodes].min())))
