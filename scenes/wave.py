@@ -23,6 +23,7 @@ from taichi_sph.scene import (
     Scene,
     Shell,
     Study,
+    Viscosity,
 )
 
 SPACING = {"draft": 1.25e-3, "standard": 0.625e-3, "paper": 0.3125e-3}  # m
@@ -45,6 +46,8 @@ def scene(
 
 def one(quality: Quality, nodes: str, formulation: str) -> Scene:
     """One formulation on one set of nodes."""
+    # the strong form keeps its energy on a lattice; on moved nodes it makes some, and needs four times the viscosity
+    strong = Collocation(viscosity=Viscosity(alpha=0.2)) if nodes == "irregular" else Collocation()
     period = LENGTH / math.sqrt(YOUNG / DENSITY)
     at_centre = {"history": "probe_centre", "column": "v_x"}
     quantities = []
@@ -84,7 +87,7 @@ def one(quality: Quality, nodes: str, formulation: str) -> Scene:
         numerics=Numerics(
             spacing=SPACING[quality],
             irregularity=0.25 if nodes == "irregular" else 0.0,
-            formulation=Galerkin() if formulation == "galerkin" else Collocation(),
+            formulation=Galerkin() if formulation == "galerkin" else strong,
         ),
         output=Output(
             frames=45, samples=450, probes=[Probe(name="centre", shell="strip", point=(LENGTH / 2, WIDTH / 2, 0))]

@@ -28,6 +28,7 @@ from .scene.study import Study
 from .scene.units import show
 
 BEAT = 0.5  # s of wall clock between looks at the clock, the keyboard and the screen
+TRACK_UNITS = {"v": "m/s", "f": "N"}  # by the first letter of a column of a rigid body; places are in m
 SCENE_FILE, SUMMARY_FILE, LOG_FILE = "scene.json", "summary.json", "log.txt"
 OURS = ("frames", "histories", "checkpoints", "stopped", "pictures", "record.json", SUMMARY_FILE, LOG_FILE)
 
@@ -45,6 +46,7 @@ class SimulationLike(Protocol):
 
     def advance_to(self, time: float) -> None: ...
     def probes(self) -> dict[str, dict[str, float]]: ...
+    def tracks(self) -> dict[str, dict[str, float]]: ...
     def frame(self) -> Any: ...
     def energies(self) -> dict[str, float]: ...
     def status(self) -> dict[str, Any]: ...
@@ -236,6 +238,12 @@ class _Session:
             )
             for name, values in (sim.probes() if scene.output.probes else {}).items()
         }
+        self.tracks = {
+            name: HistoryWriter(
+                out / "histories" / f"{name}.csv", {"time": "s"} | {k: TRACK_UNITS.get(k[0], "m") for k in values}, resumed_at
+            )
+            for name, values in sim.tracks().items()
+        }
         o = scene.output
         self.sample = Every(o.samples, scene.duration)
         self.picture = Every(o.frames, scene.duration)
@@ -264,7 +272,7 @@ class _Session:
         finally:
             self.history.close()
             self.counts.close()
-            for writer in self.probes.values():
+            for writer in (*self.probes.values(), *self.tracks.values()):
                 writer.close()
             self.progress.close()
 
@@ -306,6 +314,8 @@ class _Session:
             self.counts.append({"time": sim.time, "step": sim.step, "dt": sim.dt, **sim.status()})
             for name, values in (sim.probes() if self.probes else {}).items():
                 self.probes[name].append({"time": sim.time, **values})
+            for name, values in (sim.tracks() if self.tracks else {}).items():
+                self.tracks[name].append({"time": sim.time, **values})
         if self.picture.due(self._now):
             self.frames.append(sim.frame())
         if self.save.due(self._now):

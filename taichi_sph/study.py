@@ -101,7 +101,9 @@ def tell_study(study: Study, plans: dict[str, Plan], progress: Progress) -> None
 
 
 def draw_study(out: Path, progress: Progress | None = None) -> list[Path]:
-    """The last frames of all finished cases on one page; nothing where fewer than two are finished."""
+    """The last frames of all finished cases on one page, or their numbers where the frames show nothing at one scale;
+    nothing where fewer than two are finished."""
+    from .output.folder import read_json
     from .output.study import finished, read_study
 
     progress = progress or Progress()
@@ -109,7 +111,9 @@ def draw_study(out: Path, progress: Progress | None = None) -> list[Path]:
     folders = [out / case for case, scene in study.cases.items() if finished(out / case, scene)]
     if len(folders) < 2 or not running.can_draw(progress):
         return []
-    from .render import render_compare
+    from .render import alike, render_compare, render_targets
 
+    if not alike(folders):
+        return [render_targets(read_json(out / running.SUMMARY_FILE), out / "pictures" / "targets.png")]
     columns = 2 if len(folders) <= 4 else 3
     return [render_compare(folders, out / "pictures" / "comparison.png", title=study.title, columns=columns)]

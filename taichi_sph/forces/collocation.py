@@ -154,6 +154,10 @@ class Collocation:
         """Nothing beside the cells is damaged."""
         return 0.0
 
+    def dissipated(self, reducer) -> float:
+        """Nothing beside the cells yields."""
+        return 0.0
+
     def state(self) -> dict[str, np.ndarray]:
         return {name: value for links in self.links for name, value in links.state().items()}
 

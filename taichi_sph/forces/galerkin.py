@@ -163,6 +163,10 @@ class Galerkin:
         """What damage took from the residuals [J]."""
         return reducer.total(self.residual_lost, self.nodes.n) if self.material.damages else 0.0
 
+    def dissipated(self, reducer) -> float:
+        """What plastic flow took from the residuals [J]."""
+        return 0.0
+
     def state(self) -> dict[str, np.ndarray]:
         n = self.nodes.n
         return {

@@ -19,6 +19,7 @@ kappa22, 2 kappa12, gamma1, gamma2) are kept: the energy ledger is made from the
 
 from ..laws import delay, elastic, mazars
 from ..runtime import ti
+from . import metal
 
 
 @ti.func
@@ -51,8 +52,13 @@ def shear_of(cells: ti.template(), material: ti.template(), s):
 @ti.func
 def energy_density(cells: ti.template(), material: ti.template(), s):
     """Stored energy per unit area [J/m2]."""
-    g = cells.strain[s]
-    return 0.5 * (1.0 - cells.delayed[s]) * g.dot(generalised(material, shear_of(cells, material, s), g))
+    result = material.young[0] * 0.0
+    if ti.static(material.yields):
+        result = metal.stored(cells, material, s)
+    else:
+        g = cells.strain[s]
+        result = 0.5 * (1.0 - cells.delayed[s]) * g.dot(generalised(material, shear_of(cells, material, s), g))
+    return result
 
 
 @ti.func
@@ -66,6 +72,30 @@ def driving_strain(material: ti.template(), g: ti.template()):
             skin = mazars.equivalent_strain(nu, g[0] + z * g[3], g[1] + z * g[4], 0.5 * (g[2] + z * g[5]))
             eps = ti.max(eps, skin)
     return eps
+
+
+@ti.func
+def _damage(cells: ti.template(), material: ti.template(), s, g: ti.template(), r: ti.template(), dt, tally):
+    """D_r of cell s after dt at the strains g, whose undamaged resultants are r; Mazars' law."""
+    before = cells.delayed[s]
+    after = before
+    D = mazars.damage(driving_strain(material, g), material.threshold[0], material.A[0], material.B[0])
+    if ti.static(cells.spares):
+        if cells.sound[s] == 1:
+            D *= 0.0
+    D = ti.max(D, cells.damage[s])
+    if dt > 0.0:  # without time nothing is damaged: a look at the forces leaves the state as it is
+        if ti.static(material.delays):
+            if D > before:
+                after = delay.advance(before, D, material.a[0], material.tau_c[0], dt)
+        else:
+            after = D
+        cells.damage[s] = D
+    if after > before and tally == 1:
+        # 1/2 dD g_n . r(g_n+1) is exactly what the trapezoidal work of the step does not store
+        cells.lost[s] += 0.5 * (after - before) * cells.area[s] * r.dot(cells.strain[s])
+    cells.delayed[s] = after
+    return after
 
 
 @ti.func
@@ -91,32 +121,16 @@ def resultants(cells: ti.template(), material: ti.template(), s, u1, u2, d1, d2,
         g[6] = a1.dot(d) + u1.dot(n)
         g[7] = a2.dot(d) + u2.dot(n)
     r = generalised(material, shear_of(cells, material, s), g)
-    if ti.static(material.damages):
-        if intact == 0:
-            before = cells.delayed[s]
-            after = before
-            D = mazars.damage(driving_strain(material, g), material.threshold[0], material.A[0], material.B[0])
-            if ti.static(cells.spares):
-                if cells.sound[s] == 1:
-                    D *= 0.0
-            D = ti.max(D, cells.damage[s])
-            if dt > 0.0:  # without time nothing is damaged: a look at the forces leaves the state as it is
-                if ti.static(material.delays):
-                    if D > before:
-                        after = delay.advance(before, D, material.a[0], material.tau_c[0], dt)
-                else:
-                    after = D
-                cells.damage[s] = D
-            if after > before and tally == 1:
-                # 1/2 dD g_n . r(g_n+1) is exactly what the trapezoidal work of the step does not store
-                cells.lost[s] += 0.5 * (after - before) * cells.area[s] * r.dot(cells.strain[s])
-            cells.delayed[s] = after
-            r *= 1.0 - after
-            if ti.static(material.breaks):
-                if after >= material.critical[0] and cells.broken[s] == 0 and dt > 0.0:
-                    cells.new[ti.atomic_add(cells.n_new[0], 1)] = s
     if intact == 0:
-        cells.strain[s] = g
+        if ti.static(material.yields):
+            r = metal.advance(cells, material, s, g, dt, 1 - tally)
+        else:
+            if ti.static(material.damages):
+                r *= 1.0 - _damage(cells, material, s, g, r, dt, tally)
+            cells.strain[s] = g
+        if ti.static(material.breaks):
+            if cells.delayed[s] >= material.critical[0] and cells.broken[s] == 0 and dt > 0.0:
+                cells.new[ti.atomic_add(cells.n_new[0], 1)] = s
     n1 = r[0] * x1 + r[2] * x2
     n2 = r[2] * x1 + r[1] * x2
     m1, m2, q = n1 * 0.0, n1 * 0.0, n1 * 0.0

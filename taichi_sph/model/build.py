@@ -32,8 +32,9 @@ def build(scene: Scene) -> Model:
     inertia = mass * rotary(mesh.node_spacing, shell.thickness, scene.numerics) if bends else None
     nodes = Nodes(mesh, mass, inertia)
     spared = [inside(region, mesh.centres) for region in shell.sound]
-    cells = Cells(mesh, nodes, np.any(spared, axis=0) if spared else None)
-    return Model(mesh, nodes, cells, MaterialPool(shell.material, shell.thickness, bends))
+    material = MaterialPool(shell.material, shell.thickness, bends)
+    cells = Cells(mesh, nodes, material, np.any(spared, axis=0) if spared else None)
+    return Model(mesh, nodes, cells, material)
 
 
 def rotary(spacing: np.ndarray, thickness: float, numerics) -> np.ndarray:

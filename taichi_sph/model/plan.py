@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import SceneError
+from ..scene.rigid import Rigid
 from ..scene.schema import Numerics, Scene, Shell
 from ..scene.surfaces import MeshFile, Plate
 from ..scene.units import show
@@ -86,6 +87,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6) -> Plan:
     _check_cuts(scene, meshes)
     _check_modes(scene, meshes)
     bodies = tuple(_body(shell, meshes[shell.name], scene) for shell in scene.shells)
+    bodies += tuple(_rigid(body, scene) for body in scene.rigids)
     nodes = sum(body.nodes for body in bodies)
     dt = min(body.dt for body in bodies)
     steps = math.ceil(scene.duration / dt)
@@ -93,7 +95,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6) -> Plan:
     if scene.increments is not None:
         steps = scene.increments
         dt, work = scene.duration / steps, steps * RELAXATION
-    kinds = {body.name: (scene.numerics.formulation.kind, _cells(meshes[body.name])) for body in bodies}
+    kinds = {name: (scene.numerics.formulation.kind, _cells(mesh)) for name, mesh in meshes.items()}
     memory = sum(
         body.nodes * (BYTES_PER_NODE[kinds[body.name]] + (BENDING_BYTES_PER_NODE if shell.motion == "free" else 0))
         for body, shell in zip(bodies, scene.shells)
@@ -134,6 +136,23 @@ def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:
         spacing_max=float(edge.max()),
         dt=dt,
         note=report(mesh),
+    )
+
+
+def _rigid(body: Rigid, scene: Scene) -> BodyPlan:
+    """Its pinballs; alone it takes hundredths of the duration as steps, beside a shell it follows the shell's."""
+    radii = [p.radius for p in body.pinballs]
+    return BodyPlan(
+        name=body.name,
+        nodes=len(radii),
+        stress_points=0,
+        mass=body.mass,
+        analytic_mass=None,
+        thickness=2 * min(radii),
+        spacing_min=2 * min(radii),
+        spacing_max=2 * max(radii),
+        dt=math.inf if scene.shells else scene.duration / 100,
+        note=f"rigid, inertia {', '.join(f'{m:.3g}' for m in body.moments.diagonal())} kg m2 along x, y, z",
     )
 
 

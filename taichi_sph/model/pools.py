@@ -49,7 +49,7 @@ class Cells:
     rigid motion strains nothing, to rounding.
     """
 
-    def __init__(self, mesh: SurfaceMesh, nodes: Nodes, sound: np.ndarray | None = None):
+    def __init__(self, mesh: SurfaceMesh, nodes: Nodes, material: "MaterialPool", sound: np.ndarray | None = None):
         """sound (M,) bool: cells that are never damaged; None where there is none."""
         self.n = n = len(mesh.cells)
         self.nodes_X = nodes.X
@@ -60,6 +60,7 @@ class Cells:
         self.centre = runtime.new("cells.centre", n, 3, "f64")  # m, reference
         self.t1 = runtime.new("cells.t1", n, 3, "f64")  # tangent frame, reference
         self.t2 = runtime.new("cells.t2", n, 3, "f64")
+        self.history: dict[str, tuple] = {}  # fields of the history of a metal, with their lengths
         self.radius = runtime.new("cells.radius", n, dtype="f64")  # m, farthest corner from the centre
         self.area = runtime.new("cells.area", n)  # m2
         self.a1 = runtime.new("cells.a1", n, nodes.dim)  # X_,1 and X_,2 of the reference, orthonormal
@@ -80,6 +81,8 @@ class Cells:
         if self.spares:
             self.sound = runtime.new("cells.sound", n, dtype="i32")  # 1: never damaged
             runtime.put(self.sound, sound.astype(np.int32))
+        if material.yields:
+            self._metal(material, nodes.bends)
         self.new = runtime.new("cells.new", n, dtype="i32")  # cells that break in this step
         self.n_new = runtime.new("cells.n_new", 1, dtype="i32")
         self.start_of_node = runtime.new("nodes.cell_start", nodes.n + 1, dtype="i32")
@@ -104,6 +107,33 @@ class Cells:
         runtime.put(self.of_node, cell[order].astype(np.int32))
         runtime.put(self.start_of_node, np.r_[0, np.cumsum(np.bincount(node, minlength=nodes.n))].astype(np.int32))
 
+    def _metal(self, material: "MaterialPool", bends: bool) -> None:
+        """History of a metal (forces/metal.py); of a bent shell in layers, at every layer as well."""
+        n = self.n
+        self.stress = runtime.new("cells.stress", n, 8 if bends else 3)  # Pa, m, b, s: effective, or summed over layers
+        self.plastic = runtime.new("cells.plastic", n)  # p, cumulated plastic strain
+        self.flow = runtime.new("cells.flow", n)  # Pa, yield stress now, at rates that do not count
+        self.dissipated = runtime.new("cells.dissipated", n)  # J, taken by plastic flow so far
+        runtime.put(self.flow, np.full(n, material.first))
+        names = ["stress", "plastic", "flow", "dissipated"]
+        if material.layers:
+            self.layer_stress = runtime.new("cells.layer_stress", n * material.layers, 3)  # Pa, effective
+            self.layer = runtime.new("cells.layer", n * material.layers, 6)  # p, lambda, flow, rate, D, D_r
+            self.shear_stress = runtime.new("cells.shear_stress", n, 2)  # Pa, effective
+            start = np.zeros((n * material.layers, 6))
+            start[:, 2] = material.first
+            runtime.put(self.layer, start)
+            names += ["layer_stress", "layer", "shear_stress"]
+        else:
+            if material.damages:
+                self.hardening = runtime.new("cells.hardening", n)  # lambda <= p (T 2.78)
+                names.append("hardening")
+            if material.rated:
+                self.rate = runtime.new("cells.rate", n)  # 1/s, equivalent strain rate of the last step
+                names.append("rate")
+        size = {"layer_stress": n * material.layers, "layer": n * material.layers}
+        self.history = {f"cells.{name}": (getattr(self, name), size.get(name, n)) for name in names}
+
     @ti.func
     def nothing_across(self, edge, s):
         """1 when no live cell lies across `edge` from cell s: a broken one, or the border of the shell."""
@@ -121,23 +151,59 @@ class Cells:
 class MaterialPool:
     """Constants of the material, as fields so that changing a number recompiles nothing.
 
-    Which laws there are (`damages`, `delays`, `breaks`) is a constant of the run: what a scene does not ask
+    Which laws there are (`yields`, `damages`, `delays`, `breaks`) is a constant of the run: what a scene does not ask
     for is not compiled.
     """
 
     def __init__(self, material, thickness: float, bends: bool):
         self.bends = bends
+        self.yields = material.strength is not None
         self.damages = material.damage is not None
         self.delays = material.delay is not None
         self.breaks = material.critical_damage is not None
         values = {"young": material.young, "poisson": material.poisson, "thickness": thickness}
-        if self.damages:
+        if self.damages and not self.yields:
             values |= {"threshold": material.damage.threshold, "A": material.damage.A, "B": material.damage.B}
+        if self.damages and self.yields:
+            values |= {"eps_d": material.damage.threshold, "eps_r": material.damage.rupture, "D_c": material.damage.critical}
         if self.delays:
             values |= {"a": material.delay.a, "tau_c": material.delay.tau_c}
         if self.breaks:
             values |= {"critical": material.critical_damage}
+        if self.yields:
+            values |= self._strength(material.strength)
         for name, value in values.items():
             field = runtime.new(f"material.{name}", 1)
             field[0] = value
             setattr(self, name, field)
+
+    def _strength(self, strength) -> dict[str, float]:
+        """The numbers of a strength; `first` [Pa] is its yield stress before any plastic strain."""
+        self.tabulated = strength.kind == "table"
+        self.rated = strength.kind == "johnson_cook"
+        self.layers = strength.layers or 0
+        exact = runtime.current().real == ti.f64
+        values = {"alpha": strength.alpha, "kappa": strength.kappa}
+        values |= {"accuracy": 1e-10 if exact else 2e-6, "edge": 1e-6 if exact else 1e-4}  # of the return
+        if self.tabulated:
+            self.points = runtime.new("material.points", len(strength.points), 2)
+            self.n_points = runtime.new("material.n_points", 1, dtype="i32")
+            runtime.put(self.points, np.array(strength.points))
+            self.n_points[0] = len(strength.points)
+            self.first = strength.points[0][1]
+        elif strength.kind == "perfect":
+            self.first = strength.yield_stress
+            values |= {"hardening": 0.0, "exponent": 1.0}
+        else:
+            self.first = strength.A
+            values |= {"hardening": strength.B, "exponent": strength.n}
+        values["yield_stress"] = self.first
+        if self.rated:
+            values |= {"C": strength.C, "rate0": strength.rate0}
+        if self.layers:
+            zeta, weight = np.polynomial.legendre.leggauss(self.layers)
+            self.zeta = runtime.new("material.zeta", self.layers)  # place in the thickness, -1 to 1
+            self.weight = runtime.new("material.weight", self.layers)  # share of the thickness
+            runtime.put(self.zeta, zeta)
+            runtime.put(self.weight, 0.5 * weight)
+        return values

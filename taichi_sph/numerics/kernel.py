@@ -28,3 +28,19 @@ def b3_slope(q):
     elif q < 2.0:
         value = -0.75 * (2.0 - q) ** 2
     return value
+
+
+# --- Wendland's C2 kernel, for fluids: no pairing of neighbours, and no division in its slope over r ------------
+
+W2 = 210.0 / math.pi  # of w2_slope, in three dimensions
+
+
+@ti.func
+def w2_slope(r, inverse):
+    """W'(r) / r [1/m^5] in three dimensions; inverse = 1 / (2h), the support. Negative, 0 from r = 2h on; no branch.
+
+    W = 21 / (16 pi h^3) (1 - q/2)^4 (1 + 2q), q = r / h (Wendland 1995).
+    """
+    u = ti.max(1.0 - r * inverse, 0.0)
+    square = inverse * inverse
+    return -W2 * (u * square) * (u * square) * (u * inverse)

@@ -30,7 +30,7 @@ def count(number: int) -> str:
 
 
 def quantity_text(value: float | None, unit: str) -> str:
-    """A value with three digits, in a multiple of its unit that suits: 5.62e-05 s -> "56.2 us"."""
+    """A value with three digits (ratios near one with four), in a multiple of its unit that suits: 5.62e-05 s -> "56.2 us"."""
     if value is None:
         return "none"
     scales = SCALES.get(unit, ())
@@ -39,7 +39,8 @@ def quantity_text(value: float | None, unit: str) -> str:
             value, unit = value / scale, name
             break
     # three digits, but whole numbers are not rounded: 1450 m/s
-    text = f"{value:.0f}" if 1000 <= abs(value) < 1e6 else f"{value:.3g}"
+    digits = 4 if not unit and 1 <= abs(value) < 1.1 else 3
+    text = f"{value:.0f}" if 1000 <= abs(value) < 1e6 else f"{value:.{digits}g}"
     return f"{text} {unit}".strip()
 
 

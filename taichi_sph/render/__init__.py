@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .pictures import reduced, render_compare, render_run
+    from .pictures import alike, reduced, render_compare, render_run, render_targets
 
-__all__ = ["reduced", "render_compare", "render_run"]
+__all__ = ["alike", "reduced", "render_compare", "render_run", "render_targets"]
 
 
 def __getattr__(name: str) -> Any:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 
@@ -282,9 +283,9 @@ def render_compare(
         )
         names = list(labels) if labels is not None else differences(runs)
         last = max(float(_times(run)[-1]) for run in runs)
+        ends = ["" if run.scene.static is not None else instant(run, -1, last) for run in runs]  # the whole load
         panels = [
-            (_bodies(run, -1), f"{name}   ({instant(run, -1, last)})")
-            for run, name in zip(runs, names, strict=True)
+            (_bodies(run, -1), f"{name}   ({end})" if end else name) for run, name, end in zip(runs, names, ends, strict=True)
         ]
         subtitle = "   ·   ".join(p for p in (f"at the end of each run, {_magnified(look)}", _gap(look)) if p)
         page = _page(panels, look, view, title or common_title(runs), subtitle, min(columns, len(panels)), choose())
@@ -292,6 +293,23 @@ def render_compare(
     finally:
         for run in runs:
             run.close()
+
+
+def alike(folders: Sequence[Path | str]) -> bool:
+    """Whether the last frames of runs without time show something at one scale: the largest displacement of each is
+    a twentieth of that of all at least. Where there is time, always."""
+    farthest = []
+    for folder in folders:
+        with RunFolder(folder) as run:
+            if run.scene.increments is None:
+                return True
+            farthest.append(max(float(np.max(cell_values(b, "displacement"), initial=0)) for b in _bodies(run, -1)))
+    return min(farthest) >= 0.05 * max(farthest) > 0
+
+
+def render_targets(summary: dict[str, Any], out: Path | str) -> Path:
+    """The numbers of a study beside what was expected of them."""
+    return _save(plots.targets(summary), Path(out))
 
 
 def common_title(runs: Sequence[RunFolder]) -> str:

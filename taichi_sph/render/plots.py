@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
@@ -153,3 +155,33 @@ def _bifurcation(run: RunFolder) -> float | None:
     from ..output.measures import measure
 
     return measure("bifurcation_time", run)
+
+
+def targets(summary: dict[str, Any]) -> Figure:
+    """The quantities of a study that have a target, a row for each case and a column for each quantity: the value as a
+    dot, red where it misses the band of what is expected."""
+    rows: dict[str, list[tuple[str, dict[str, Any]]]] = {}
+    for key, entry in summary["quantities"].items():
+        case = max((c for c in summary["cases"] if key.endswith(f"_{c}")), key=len, default=None)
+        if case is not None and entry["target"] is not None and entry["tolerance"] and entry["value"] is not None:
+            rows.setdefault(key.removesuffix(f"_{case}"), []).append((case, entry))
+    cases = [c for c in summary["cases"] if any(c == case for found in rows.values() for case, _ in found)]
+    place = {case: len(cases) - k for k, case in enumerate(cases)}
+    with plt.rc_context(STYLE):
+        figure, columns = plt.subplots(
+            1, len(rows), sharey=True, squeeze=False, figsize=(4.2 + 3.2 * len(rows), 1.4 + 0.26 * len(cases)), layout="constrained"
+        )
+        for axes, (quantity, found) in zip(columns[0], rows.items(), strict=True):
+            for case, entry in found:
+                y, low = place[case], entry["target"] - entry["tolerance"]
+                axes.barh(y, 2 * entry["tolerance"], left=low, height=0.75, color="#dfe6e4")
+                axes.plot([entry["target"]] * 2, [y - 0.375, y + 0.375], color="#8a969c", lw=1)
+                axes.plot(entry["value"], y, "o", ms=5, color="#1b4f80" if entry["met"] else "#c8402f")
+                axes.annotate(f"{entry['value']:.4g}", (1.0, y), xycoords=("axes fraction", "data"), xytext=(4, 0),
+                              textcoords="offset points", va="center", fontsize=8, color="#5a6670")  # fmt: skip
+            axes.set_yticks(list(place.values()), list(place))
+            axes.set_xlabel(quantity.replace("_", " "))
+            axes.tick_params(labelsize=8, length=2.5)
+            axes.locator_params(axis="x", nbins=6)
+        figure.suptitle(f"{summary['title']}: numbers beside what is expected (grey)", x=0.01, ha="left", fontsize=11, weight="bold")
+    return figure

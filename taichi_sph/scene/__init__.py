@@ -10,6 +10,8 @@ from .schema import (
     Delay,
     Galerkin,
     InitialVelocity,
+    JohnsonCook,
+    LemaitreChaboche,
     Material,
     Mazars,
     MeshFile,
@@ -18,7 +20,9 @@ from .schema import (
     NodalMoment,
     Numerics,
     Output,
+    Perfect,
     Plate,
+    Power,
     PrescribedVelocity,
     Probe,
     Pulse,
@@ -31,8 +35,10 @@ from .schema import (
     Step,
     StepLimit,
     SurfacePressure,
+    Table,
     Viscosity,
 )
+from .library import ductile, material, materials
 from .script import derive, dump, load, load_scene, parameters_of
 from .study import Convergence, Study
 from .surfaces import CappedTank, Cylinder, Disc, Roof, SpherePatch
@@ -41,8 +47,8 @@ from .units import Angle, Density, Dimensionless, Force, Length, Pressure, Speed
 __all__ = [
     "Angle", "CappedTank", "Cylinder", "Disc", "Roof", "SpherePatch",
     "Ball", "Box", "Collocation", "Convergence", "Cut", "Delay", "Density", "Dimensionless", "Force", "Galerkin",
-    "InitialVelocity", "Length", "Material", "Mazars", "MeshFile", "Modes", "NodalForce", "NodalMoment", "Numerics", "Output", "Plate",
+    "InitialVelocity", "Length", "Material", "Mazars", "MeshFile", "Modes", "NodalForce", "NodalMoment", "Numerics", "Output", "Perfect", "Plate", "Power",
     "Pinball", "PinballContact", "Rigid", "PrescribedVelocity", "Pressure", "Probe", "Pulse", "Quality", "Quantity", "Ramp", "Scene", "Shell", "Speed", "Spin",
     "Static", "StepLimit", "SurfacePressure",
-    "Step", "Study", "Time", "Viscosity", "checked", "derive", "dump", "load", "load_scene", "parameters_of", "sentence", "to_si",
+    "Step", "Study", "Table", "Time", "Viscosity", "checked", "derive", "ductile", "dump", "load", "load_scene", "material", "materials", "parameters_of", "sentence", "to_si",
 ]  # fmt: skip

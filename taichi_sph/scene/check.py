@@ -152,7 +152,10 @@ def _bare(kind: Any) -> Any:
 
 def _members(kind: Any) -> tuple[Any, ...]:
     kind = _bare(kind)
-    return get_args(kind) if get_origin(kind) in (Union, types.UnionType) else (kind,)
+    if get_origin(kind) not in (Union, types.UnionType):
+        return (kind,)
+    inner = ((m,) if get_origin(_bare(m)) not in (Union, types.UnionType) else _members(m) for m in get_args(kind))
+    return tuple(m for members in inner for m in members)
 
 
 def _model(kind: Any) -> type[BaseModel] | None:

@@ -1,22 +1,128 @@
-"""Materials as the user says them: strength, damage, rupture chosen apart. No Taichi here."""
+"""Materials as the user says them: strength, damage, rupture chosen apart. No Taichi here.
+
+    strength    none (elastic), "perfect", "power", "table", "johnson_cook"
+    damage      none, Mazars (brittle, without strength), LemaitreChaboche (ductile, needs a strength)
+    delay       none, or the delay law of either damage
+    rupture     critical_damage: a cell whose delayed damage reaches it breaks
+
+Ready materials with their sources: `taichi_sph.scene.library`.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, StrictInt, model_validator
 
 from . import plausible
-from .base import Frozen
-from .units import Density, Dimensionless, Pressure, Time
+from .base import Choice, Frozen
+from .units import Density, Dimensionless, Pressure, Rate, Time
+
+
+# --- strength ---------------------------------------------------------------------------------------
+
+
+class _Strength(Frozen):
+    """What every strength of a bent shell has: how its cross-section yields (T 2.43).
+
+    Without `layers` the cross-section is one point (the thesis's global form): `alpha` is the share of the skin stress
+    of bending, 2/3 = a plastic hinge forms when the whole thickness yields, 1 = when the skin does; `kappa` that of
+    transverse shear, 0 = it stays elastic. With `layers` stress, plastic strain and damage are kept at that many Gauss
+    points through the thickness: slower, and exact where the global form is not (docs/method.md).
+    """
+
+    alpha: Annotated[Dimensionless, Field(ge=0.5, le=1.5)] = 2.0 / 3.0
+    kappa: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.0
+    layers: Annotated[StrictInt, Field(ge=2, le=15)] | None = None
+
+    @model_validator(mode="after")
+    def _one_form(self) -> "_Strength":
+        if self.layers is not None and self.kappa > 0:
+            raise ValueError("kappa belongs to the global form; in layers transverse shear stays elastic: leave one of them out")
+        return self
+
+
+class Perfect(_Strength):
+    """Perfect plasticity: no hardening."""
+
+    kind: Literal["perfect"] = "perfect"
+    yield_stress: Annotated[Pressure, Field(gt=0)]
+
+
+class Power(_Strength):
+    """Isotropic hardening sigma_y = A + B lambda^n."""
+
+    kind: Literal["power"] = "power"
+    A: Annotated[Pressure, Field(gt=0)]
+    B: Annotated[Pressure, Field(ge=0)]
+    n: Annotated[Dimensionless, Field(gt=0, le=1)]
+
+
+class Table(_Strength):
+    """Isotropic hardening by points (plastic strain, true stress), linear between them, constant after the last."""
+
+    kind: Literal["table"] = "table"
+    points: Annotated[tuple[tuple[Dimensionless, Pressure], ...], Field(min_length=1, max_length=200)]
+
+    @model_validator(mode="after")
+    def _rises(self) -> "Table":
+        strain, stress = zip(*self.points)
+        if strain[0] != 0.0:
+            raise ValueError(f"points: the first one must be the yield stress at plastic strain 0, not at {strain[0]:g}")
+        if any(b <= a for a, b in zip(strain, strain[1:])):
+            raise ValueError("points: the plastic strains must rise from point to point")
+        if stress[0] <= 0 or any(b < a for a, b in zip(stress, stress[1:])):
+            raise ValueError("points: the stresses must be positive and must not fall; softening is the work of damage")
+        return self
+
+
+class JohnsonCook(_Strength):
+    """sigma_y = (A + B lambda^n)(1 + C ln(rate / rate0)), the last factor 1 below rate0 (T 2.104, no heat)."""
+
+    kind: Literal["johnson_cook"] = "johnson_cook"
+    A: Annotated[Pressure, Field(gt=0)]
+    B: Annotated[Pressure, Field(ge=0)]
+    n: Annotated[Dimensionless, Field(gt=0, le=1)]
+    C: Annotated[Dimensionless, Field(ge=0, le=10)]
+    rate0: Annotated[Rate, Field(gt=0)]
+
+
+Strength = Annotated[Perfect | Power | Table | JohnsonCook, *Choice]
+
+
+# --- damage -----------------------------------------------------------------------------------------
 
 
 class Mazars(Frozen):
     """Mazars damage, traction part (T 2.61, 2.64)."""
 
+    kind: Literal["mazars"] = Field("mazars", exclude=True)  # the one meant where no kind is given
     threshold: Annotated[Dimensionless, Field(gt=0, lt=1)]  # epsilon_D
     A: Annotated[Dimensionless, Field(ge=0, le=1)]  # A_L, asymptote
     B: Annotated[Dimensionless, Field(gt=0)]  # B_L, fall after the peak
+
+
+class LemaitreChaboche(Frozen):
+    """Ductile damage, linear in the plastic strain (T 2.62, 2.66): 0 up to `threshold`, `critical` at `rupture`, both
+    true plastic strains of uniaxial tension."""
+
+    kind: Literal["lemaitre_chaboche"] = "lemaitre_chaboche"
+    threshold: Annotated[Dimensionless, Field(ge=0)]  # eps_d, eps_p^s
+    rupture: Annotated[Dimensionless, Field(gt=0)]  # eps_r, eps_p^c
+    critical: Annotated[Dimensionless, Field(gt=0, le=1)]  # D_c
+
+    @model_validator(mode="after")
+    def _grows(self) -> "LemaitreChaboche":
+        if self.rupture <= self.threshold:
+            raise ValueError(f"rupture {self.rupture:g} must be greater than threshold {self.threshold:g}")
+        return self
+
+
+def _mazars_meant(value: Any) -> Any:
+    return {"kind": "mazars", **value} if isinstance(value, dict) and "kind" not in value else value
+
+
+Damage = Annotated[Mazars | LemaitreChaboche, Field(discriminator="kind"), BeforeValidator(_mazars_meant)]
 
 
 class Delay(Frozen):
@@ -26,15 +132,19 @@ class Delay(Frozen):
     tau_c: Annotated[Time, Field(gt=0)]
 
 
+# --- material ---------------------------------------------------------------------------------------
+
+
 class Material(Frozen):
-    """Isotropic linear elasticity in plane stress, with optional damage, delay and rupture."""
+    """Isotropic elasticity in plane stress, with optional strength, damage, delay and rupture."""
 
     name: str
     source: str = ""
     young: Annotated[Pressure, Field(gt=0)]
     poisson: Annotated[Dimensionless, Field(gt=-1, lt=0.5)]
     density: Annotated[Density, Field(gt=0)]
-    damage: Mazars | None = None
+    strength: Strength | None = None
+    damage: Damage | None = None
     delay: Delay | None = None
     critical_damage: Annotated[Dimensionless, Field(gt=0, le=1)] | None = None  # D_c: rupture
 
@@ -42,5 +152,9 @@ class Material(Frozen):
     def _believable(self) -> "Material":
         if self.damage is None and (self.delay is not None or self.critical_damage is not None):
             raise ValueError("delay and critical_damage need a damage law: set damage")
+        if isinstance(self.damage, LemaitreChaboche) and self.strength is None:
+            raise ValueError("damage: 'lemaitre_chaboche' grows with plastic strain and needs a strength: set strength")
+        if isinstance(self.damage, Mazars) and self.strength is not None:
+            raise ValueError("damage: 'mazars' is for brittle materials without strength; use 'lemaitre_chaboche'")
         plausible.material(self)
         return self

@@ -42,6 +42,14 @@ def material(m: "Material") -> None:
             f"young {show(m.young, 'Pa')} with density {m.density:g} kg/m^3 gives a wave speed of {speed:.3g} m/s, "
             f"outside 10 to 30000 m/s{hint}"
         )
+    s = m.strength
+    if s is not None:
+        stress = s.points[0][1] if s.kind == "table" else s.yield_stress if s.kind == "perfect" else s.A
+        if not 1e-6 * m.young <= stress <= 0.1 * m.young:
+            raise ValueError(
+                f"strength: a first yield stress of {show(stress, 'Pa')} is not that of a solid of young {show(m.young, 'Pa')} "
+                "(a millionth to a tenth of it); is it in MPa?"
+            )
 
 
 def plate(shell: "Shell") -> None:
@@ -78,10 +86,11 @@ def rounded(shell: "Shell") -> None:
 
 def scene(s: "Scene") -> None:
     """Names, loads, and the size of the computation."""
-    if not s.shells:
-        raise ValueError("shells is empty: a scene needs at least one body")
+    if not (s.shells or s.rigids):
+        raise ValueError("shells and rigids are empty: a scene needs at least one body")
     if len(s.shells) > 1:
         raise ValueError(f"shells has {len(s.shells)} entries; one body per scene can be computed so far")
+    _rigids(s)
     names = [shell.name for shell in s.shells]
     for key in ("forces", "moments", "pressures", "motions", "initial"):
         for number, load in enumerate(getattr(s, key)):
@@ -96,14 +105,16 @@ def scene(s: "Scene") -> None:
             f"pressures: numerics.formulation '{s.numerics.formulation.kind}' has no surface pressure; use 'galerkin', or "
             "forces"
         )
-    if getattr(s.numerics.formulation, "selective_shear", False) and any(x.material.damage for x in s.shells):
-        raise ValueError("numerics.formulation.selective_shear knows no damage of the nodes' shear; leave one of them out")
+    if getattr(s.numerics.formulation, "selective_shear", False) and any(x.material.damage or x.material.strength for x in s.shells):
+        raise ValueError("numerics.formulation.selective_shear knows no damage and no strength of the nodes' shear; leave one of them out")
     kinds = [key for key in ("static", "modes", "limit") if getattr(s, key) is not None]
     if len(kinds) > 1:
         raise ValueError(f"{kinds[0]} and {kinds[1]} are both set: a scene asks for one of them")
     if s.static is not None:
         if any(shell.material.damage is not None for shell in s.shells):
             raise ValueError("static: a material with damage needs time to be damaged; leave out static or damage")
+        if any(shell.material.strength is not None for shell in s.shells):
+            raise ValueError("static: a material with strength yields in time; leave out static or strength")
         _still(s, "static", "a prescribed motion cannot move")
     if s.limit is not None:
         for key in ("forces", "moments", "pressures", "gravity"):
@@ -121,6 +132,25 @@ def scene(s: "Scene") -> None:
             raise ValueError(f"quantities: '{quantity.name}' is asked for twice with the same options")
         asked.append((quantity.name, dict(quantity.options)))
     _size(s)
+
+
+def _rigids(s: "Scene") -> None:
+    """Rigid bodies beside the rest of the scene."""
+    taken = [shell.name for shell in s.shells]
+    for number, body in enumerate(s.rigids):
+        if body.name in taken:
+            raise ValueError(f"rigids[{number}].name: '{body.name}' is taken; names of bodies name their files")
+        taken.append(body.name)
+    if not s.rigids:
+        return
+    if all(body.held for body in s.rigids) and not s.shells:
+        raise ValueError("rigids: all bodies are held and there is no other one: nothing can move")
+    for number, shell in enumerate(s.shells):
+        if shell.motion == "in_plane":
+            raise ValueError(f"rigids: shell '{shell.name}' moves in its plane and cannot be hit; give it motion = 'free'")
+    for key in ("static", "modes", "limit"):
+        if getattr(s, key) is not None:
+            raise ValueError(f"{key}: rigid bodies move in time; leave out {key} or rigids")
 
 
 def _still(s: "Scene", key: str, why: str) -> None:
@@ -145,6 +175,8 @@ def _stays_in_plane(where: str, key: str, load: Any) -> None:
 
 def _size(s: "Scene") -> None:
     spacing, nodes = s.numerics.spacing, 0.0
+    if not s.shells:
+        return
     fastest = max(math.sqrt(shell.material.young / shell.material.density) for shell in s.shells)
     for shell in s.shells:
         surface = shell.surface

@@ -14,7 +14,7 @@ from pydantic import Field, StrictBool, StrictInt, model_validator
 
 from . import plausible
 from .base import Choice, Frozen, Point
-from .materials import Delay, Material, Mazars  # noqa: F401  (part of the vocabulary)
+from .materials import Delay, JohnsonCook, LemaitreChaboche, Material, Mazars, Perfect, Power, Table  # noqa: F401  (part of the vocabulary)
 from .rigid import PinballContact, Rigid
 from .surfaces import Disc, MeshFile, Plate, Surface
 from .units import Acceleration, Dimensionless, Force, Length, Moment, Pressure, Speed, Spin, Time
@@ -81,6 +81,7 @@ class Shell(Frozen):
     material: Material
     motion: Literal["in_plane", "free"] = "in_plane"
     cuts: tuple[Cut, ...] = ()
+    self_contact: StrictBool | None = None  # True: its parts meet each other too (T 3.3), which costs a search over all nodes
     sound: tuple[Region, ...] = ()  # no damage here: where a support's rubber, not modelled, spreads its load
 
     @model_validator(mode="after")
@@ -89,6 +90,8 @@ class Shell(Frozen):
             raise ValueError(
                 f"motion = 'in_plane' is for flat bodies, and shell '{self.name}' is a {self.surface.kind}; set motion = 'free'"
             )
+        if self.motion == "in_plane" and self.material.strength is not None and self.material.strength.layers is not None:
+            raise ValueError(f"material.strength.layers: shell '{self.name}' has motion = 'in_plane' and is not bent; leave them out")
         if isinstance(self.surface, Plate):
             plausible.plate(self)
         elif not isinstance(self.surface, MeshFile):

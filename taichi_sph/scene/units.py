@@ -117,6 +117,7 @@ _MOMENT = Unit("N*m", "moment", "2 N*m")
 _ACCELERATION = Unit("m/s^2", "acceleration", "9.81 m/s^2")
 _KILOGRAM = Unit("kg", "mass", "31 g")
 _INERTIA = Unit("kg*m^2", "moment of inertia", "2e-6 kg*m^2")
+_RATE = Unit("1/s", "rate", "100 s^-1")
 _ONE = Unit("", "pure number", "0.2")
 
 Length = Annotated[float, _validator(_METRE), _METRE]
@@ -131,6 +132,7 @@ Force = Annotated[float, _validator(_NEWTON), _NEWTON]
 Moment = Annotated[float, _validator(_MOMENT), _MOMENT]
 Acceleration = Annotated[float, _validator(_ACCELERATION), _ACCELERATION]
 Density = Annotated[float, _validator(_DENSITY), _DENSITY]
+Rate = Annotated[float, _validator(_RATE), _RATE]
 Dimensionless = Annotated[float, _validator(_ONE), _ONE]
 
 _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}

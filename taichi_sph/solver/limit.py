@@ -59,6 +59,7 @@ class LimitSearch:
             low, high = (low, middle) if self._grows(middle) else (middle, high)
         self.measured = low
         self._rest()
+        self.sim.internal.strain(0.0)  # nothing stays stored
         self.sim.step += 1
 
     def _rest(self) -> None:

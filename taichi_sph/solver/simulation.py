@@ -8,17 +8,22 @@ import time as clock
 import numpy as np
 
 from .. import runtime
+from ..contact.bodies import Bodies
+from ..contact.multipliers import Contact
 from ..errors import SceneError
 from ..forces.collocation import Collocation
 from ..forces.edge_filter import THESIS_STEP, EdgeFilter
 from ..forces.galerkin import Galerkin
 from ..forces.loads import Loads
+from ..forces.metal import thicknesses
 from ..forces.pressure import SurfacePressure
 from ..forces.spin_filter import SpinFilter
 from ..forces.viscosity import PairViscosity
 from ..model.build import build, initial_velocity, node_forces, node_moments, node_motions, rise
 from ..model.cuts import cells_cut
+from ..model.rigid import RigidBodies, place
 from ..output.frame import BodyFrame, Frame
+from ..scene.rigid import PinballContact
 from ..scene.schema import Scene
 from .ledger import Ledger
 from .limit import LimitSearch
@@ -41,14 +46,52 @@ class Simulation:
         began = clock.perf_counter()
         runtime.start(arch, scene.numerics.precision, threads)
         self.scene = scene
-        self.shell = scene.shells[0]
+        self.shell = scene.shells[0] if scene.shells else None
+        self.time, self.step, self.dt, self._dt_before = 0.0, 0, 0.0, 0.0
+        self.relaxation = None
+        self.spacing = scene.numerics.spacing
+        self.nodes = self.cells = self.mesh = self.material = self.internal = self.loads = self.rupture = self.stable = None
+        self.terms, self.pressures, self.cut_cells = [], [], np.zeros(0, np.int32)
+        if self.shell is not None:
+            self._make_shell()
+        self.rigids = RigidBodies(scene.rigids) if scene.rigids else None
+        if self.rigids is not None and scene.gravity is not None:
+            mass = np.array([body.mass for body in scene.rigids])
+            runtime.put(self.rigids.weight, mass[:, None] * np.asarray(scene.gravity))
+        meets_itself = self.shell is not None and bool(self.shell.self_contact)
+        self.contact = self._contact(meets_itself) if self.rigids is not None or meets_itself else None
+        self.ledger = Ledger(self)
+        self.watchdog = Watchdog(self)
+        if self.shell is not None:
+            self.rupture.cut(self.cut_cells)
+            runtime.put(self.nodes.v, initial_velocity(scene, self.mesh, self.nodes.dim))
+            self.stable = StableStep(self)
+        if self.contact is not None:
+            self.contact.check_start(self.shell.name if self.shell is not None else "")
+        self._fit_dt()
+        self._dt_before = 0.0  # v_0 is given at t = 0: the first kick is half a step
+        if scene.static is not None:
+            self.relaxation = Relaxation(self, scene.static.residual, scene.static.max_steps)
+        elif scene.modes is not None:
+            self.relaxation = ModeSearch(self, scene.modes.count)
+        elif scene.limit is not None:
+            self.relaxation = LimitSearch(self, scene.limit.steps, scene.limit.resolution)
+        if self.relaxation is not None:
+            self.dt = scene.duration / scene.increments
+        if self.shell is not None:
+            self.internal.strain(0.0)  # so that the first step finds its kernels ready
+        runtime.ti.sync()
+        self.compile_seconds = clock.perf_counter() - began
+
+    def _make_shell(self) -> None:
+        """Pools, forces, loads and events of the shell."""
+        scene = self.scene
         model = build(scene)
         self.mesh, self.nodes, self.cells, self.material = model.mesh, model.nodes, model.cells, model.material
         self.spacing = self.mesh.spacing
         self._probed = [
             (p, int(np.argmin(np.linalg.norm(self.mesh.points - np.asarray(p.point), axis=1)))) for p in scene.output.probes
         ]
-        self.time, self.step, self.dt, self._dt_before = 0.0, 0, 0.0, 0.0
         self.internal, self.terms = self._formulation()
         self.loads = Loads(
             self.nodes,
@@ -60,29 +103,20 @@ class Simulation:
             SurfacePressure(k, self.internal, self.cells, p.value, rise(scene, p.history), p.kind == "follower")
             for k, p in enumerate(scene.pressures)
         ]
-        self.ledger = Ledger(self)
         self.rupture = Rupture(self)
-        self.watchdog = Watchdog(self)
         self.cut_cells = np.unique(
             np.concatenate([cells_cut(self.mesh, c.start, c.end) for c in self.shell.cuts] or [np.zeros(0, np.int32)])
         )
-        self.rupture.cut(self.cut_cells)
-        runtime.put(self.nodes.v, initial_velocity(scene, self.mesh, self.nodes.dim))
-        self.stable = StableStep(self)
-        self._fit_dt()
-        self._dt_before = 0.0  # v_0 is given at t = 0: the first kick is half a step
-        self.relaxation = None
-        if scene.static is not None:
-            self.relaxation = Relaxation(self, scene.static.residual, scene.static.max_steps)
-        elif scene.modes is not None:
-            self.relaxation = ModeSearch(self, scene.modes.count)
-        elif scene.limit is not None:
-            self.relaxation = LimitSearch(self, scene.limit.steps, scene.limit.resolution)
-        if self.relaxation is not None:
-            self.dt = scene.duration / scene.increments
-        self.internal.strain(0.0)  # so that the first step finds its kernels ready
-        runtime.ti.sync()
-        self.compile_seconds = clock.perf_counter() - began
+
+    def _contact(self, meets_itself: bool) -> Contact:
+        """Pinballs of all bodies (T 3.3)."""
+        scene = self.scene
+        thickness = self.shell.thickness if self.shell is not None else 0.0
+        bodies = Bodies(self.mesh, self.nodes, self.cells, self.loads, thickness, None, self.rigids)
+        lengths = [0.5 * p.radius for body in scene.rigids for p in body.pinballs]
+        if self.shell is not None:
+            lengths.append(self.spacing)
+        return Contact(bodies, scene.numerics.contact or PinballContact(), meets_itself, 0.5 * min(lengths))
 
     def _formulation(self):
         """The internal forces, and the further terms that their form needs."""
@@ -110,22 +144,30 @@ class Simulation:
     def _fit_dt(self) -> None:
         """The stable step, shortened so that a whole number of steps ends the run."""
         left = self.scene.duration - self.time
-        self.dt = left / max(1, math.ceil(left / self.stable.dt * (1 - 1e-12))) if left > 0 else self.stable.dt
+        longest = self.stable.dt if self.stable is not None else self._rigid_dt()
+        self.dt = left / max(1, math.ceil(left / longest * (1 - 1e-12))) if left > 0 else longest
+
+    def _rigid_dt(self) -> float:
+        """Of rigid bodies alone: so short that none moves by more than a twentieth of its smallest pinball [s]."""
+        radius = min(p.radius for body in self.scene.rigids for p in body.pinballs)
+        gravity = np.linalg.norm(self.scene.gravity or (0.0, 0.0, 0.0))
+        speed = max(np.linalg.norm(body.velocity) for body in self.scene.rigids)
+        return min(0.05 * radius / (speed + gravity * self.scene.duration + 1e-300), self.scene.duration / 100)
 
     @property
     def dt_rule(self) -> str:
         """What rules dt, in words."""
         if self.relaxation is not None:
             return self.relaxation.rule
-        return f"{self.stable.safety:g} of 2/omega_max"
+        return f"{self.stable.safety:g} of 2/omega_max" if self.stable is not None else "the smallest pinball"
 
     @property
     def n_nodes(self) -> int:
-        return self.nodes.n
+        return (self.nodes.n if self.nodes is not None else 0) + (self.rigids.n_balls if self.rigids is not None else 0)
 
     @property
     def stress_points(self) -> int:
-        return self.cells.n
+        return self.cells.n if self.cells is not None else 0
 
     @property
     def bytes(self) -> int:
@@ -154,7 +196,7 @@ class Simulation:
             self._dt_before = self.dt
             self.time += self.dt
             self.step += 1
-            if self.stable.watch():
+            if self.stable is not None and self.stable.watch():
                 self._fit_dt()
         self.watchdog.look(self.energies())
 
@@ -172,7 +214,12 @@ class Simulation:
         """Small numbers for the progress line."""
         if self.relaxation is not None:
             return self.relaxation.status()
-        return {"broken": self.rupture.broken - len(self.cut_cells), "fragments": self.rupture.fragments}
+        numbers = {}
+        if self.shell is not None:
+            numbers |= {"broken": self.rupture.broken - len(self.cut_cells), "fragments": self.rupture.fragments}
+        if self.contact is not None:
+            numbers |= {"contacts": self.contact.touching, "iterations": self.contact.iterations}
+        return numbers
 
     @property
     def status_units(self) -> dict[str, str]:
@@ -190,7 +237,43 @@ class Simulation:
             for probe, i in self._probed
         }
 
+    def tracks(self) -> dict[str, dict[str, float]]:
+        """Place [m], velocity [m/s] and contact force [N] of each rigid body, by the name of its history."""
+        if self.rigids is None:
+            return {}
+        found = {}
+        fields = {"": self.rigids.x, "v": self.rigids.v, "f": self.rigids.force}
+        values = {k: runtime.get(field, self.rigids.n) for k, field in fields.items()}
+        for r, name in enumerate(self.rigids.names):
+            found[f"rigid_{name}"] = {f"{k}{axis}": float(values[k][r][c]) for k in fields for c, axis in enumerate("xyz")}
+        return found
+
     def frame(self) -> Frame:
+        """All bodies now."""
+        bodies = []
+        if self.shell is not None:
+            bodies.append(self._shell_frame())
+        if self.rigids is not None:
+            bodies += self._rigid_frames()
+        return Frame(self.time, self.step, tuple(bodies))
+
+    def _rigid_frames(self) -> list[BodyFrame]:
+        rigids = self.rigids
+        place(rigids, rigids.n_balls)
+        x, radius = runtime.get(rigids.ball_x, rigids.n_balls), runtime.get(rigids.ball_radius, rigids.n_balls)
+        centre, v, omega = (runtime.get(f, rigids.n) for f in (rigids.x, rigids.v, rigids.omega))
+        frames = []
+        for r, name in enumerate(rigids.names):
+            own = rigids.balls_of(r)
+            data = {
+                "reference": rigids.ball_reference[own],
+                "velocity": v[r] + np.cross(omega[r], x[own] - centre[r]),
+                "radius": radius[own],
+            }
+            frames.append(BodyFrame(name, x[own], np.zeros((0, 4), np.int32), data, {}, kind="rigid"))
+        return frames
+
+    def _shell_frame(self) -> BodyFrame:
         """The shell now: see BodyFrame for names and units."""
         n, m = self.nodes.n, self.cells.n
         dim = self.nodes.dim
@@ -204,6 +287,9 @@ class Simulation:
             "rupture_time": runtime.get(self.cells.rupture_time, m),
             "strain": runtime.get(self.cells.strain, m).astype(np.float64),
         }
+        if self.material.yields:
+            cell_data["plastic"] = runtime.get(self.cells.plastic, m).astype(np.float64)
+            cell_data["thickness"] = thicknesses(cell_data["strain"], self.shell.thickness)
         point_data = {
             "reference": self.mesh.points,
             "velocity": three(runtime.get(self.nodes.v, n)),
@@ -212,13 +298,15 @@ class Simulation:
         if self.nodes.bends:
             point_data["director"] = runtime.get(self.nodes.N, n) + runtime.get(self.nodes.d, n)
         points = self.mesh.points + three(runtime.get(self.nodes.u, n))
-        body = BodyFrame(self.shell.name, points, self.mesh.cells, point_data, cell_data)
-        return Frame(self.time, self.step, (body,))
+        return BodyFrame(self.shell.name, points, self.mesh.cells, point_data, cell_data)
 
     def _history(self) -> dict[str, object]:
         """Every field that is history, by name, with its length."""
         nodes, cells = self.nodes, self.cells
-        fields = {
+        if nodes is None:
+            return self.rigids.history()
+        fields = {} if self.rigids is None else self.rigids.history()
+        fields |= {
             "nodes.u": (nodes.u, nodes.n),
             "nodes.v": (nodes.v, nodes.n),
             "nodes.fragment": (nodes.fragment, nodes.n),
@@ -229,6 +317,7 @@ class Simulation:
             "cells.delayed": (cells.delayed, cells.n),
             "cells.strain": (cells.strain, cells.n),
             "cells.lost": (cells.lost, cells.n),
+            **cells.history,
         }
         if nodes.bends:
             fields |= {"nodes.d": (nodes.d, nodes.n), "nodes.omega": (nodes.omega, nodes.n)}
@@ -240,8 +329,10 @@ class Simulation:
 
     @property
     def _parts(self) -> list:
-        """What keeps history of its own, beside the internal forces."""
-        return [*self.terms, *self.pressures, *([self.relaxation] if self.relaxation is not None else [])]
+        """What keeps history of its own, beside the pools."""
+        shell = [self.rupture, self.stable, self.internal] if self.shell is not None else []
+        others = [part for part in (self.contact, self.relaxation) if part is not None]
+        return [*shell, *self.terms, *self.pressures, *others]
 
     def state(self) -> dict[str, np.ndarray]:
         """All that is history, for a checkpoint."""
@@ -249,9 +340,6 @@ class Simulation:
             "time": np.array([self.time, self.dt, self._dt_before, self.ledger.injected]),
             "step": np.array(self.step),
             **{name: runtime.get(field, n) for name, (field, n) in self._history().items()},
-            **self.rupture.state(),
-            **self.stable.state(),
-            **self.internal.state(),
             **{name: value for part in self._parts for name, value in part.state().items()},
         }
 
@@ -270,8 +358,5 @@ class Simulation:
             runtime.put(field, np.asarray(state[name]))
         self.time, self.dt, self._dt_before, self.ledger.injected = (float(x) for x in state["time"])
         self.step = int(state["step"])
-        self.rupture.restore(state)
-        self.stable.restore(state)
-        self.internal.restore(state)
         for part in self._parts:
             part.restore(state)

@@ -3,6 +3,7 @@
     strain    u_n -> edge means, strains, damage, stresses
     rupture   cells that reached D_c break; the links they cut are renewed; only then
     force     f_n = internal + terms + external
+    contact   f_n += c^T lambda, so that v_n+1/2 does not close what is closed (T 3.8)
     kick      v_n+1/2 = v_n-1/2 + dt_n f_n / m          (prescribed velocities replace theirs)
     drift     u_n+1   = u_n + dt v_n+1/2
 
@@ -13,20 +14,28 @@ what is left over is a measure of the rest.
 
 from ..forces.loads import history, undrilled
 from ..forces.pressure import BOOK, START
+from ..model.rigid import move
 from ..runtime import ti
 
 
 def step(sim, dt_before: float, dt: float) -> None:
     """Advance `sim` by dt; dt_before is the step that led to the present time."""
-    sim.internal.strain(dt)
-    ruptured = sim.rupture.happen()
-    for pressure in sim.pressures:
-        pressure.press(sim.time, START if ruptured else BOOK)
-    sim.internal.force()
-    for term in sim.terms:
-        term.add(dt)
-    sim.loads.update(sim.time)
-    _kick_and_drift(sim.nodes, sim.loads, sim.nodes.n, dt_before, dt, sim.time + 0.5 * dt)
+    half_time = sim.time + 0.5 * dt
+    if sim.shell is not None:
+        sim.internal.strain(dt)
+        ruptured = sim.rupture.happen()
+        for pressure in sim.pressures:
+            pressure.press(sim.time, START if ruptured else BOOK)
+        sim.internal.force()
+        for term in sim.terms:
+            term.add(dt)
+        sim.loads.update(sim.time)
+    if sim.contact is not None:
+        sim.contact.add(dt_before, dt, half_time)
+    if sim.shell is not None:
+        _kick_and_drift(sim.nodes, sim.loads, sim.nodes.n, dt_before, dt, half_time)
+    if sim.rigids is not None:
+        move(sim.rigids, sim.rigids.n, dt_before, dt)
 
 
 @ti.kernel

@@ -12,6 +12,8 @@ class Watchdog:
 
     def __init__(self, sim):
         self.sim = sim
+        if sim.shell is None:
+            return
         self.blocks = max(1, -(-sim.nodes.n // 4096))
         self.worst = runtime.new("watchdog.speed", self.blocks, dtype="f64")
         material = sim.shell.material
@@ -24,6 +26,10 @@ class Watchdog:
     def look(self, entries: dict[str, float]) -> None:
         """Raise RunStopped when something cannot be true any more."""
         sim = self.sim
+        if sim.rigids is not None:
+            self._look_at_rigids(entries)
+        if sim.shell is None:
+            return
         _fastest(self.worst, sim.nodes, sim.nodes.n, self.blocks)
         speed = runtime.get(self.worst, self.blocks)
         if not np.all(np.isfinite(speed)) or speed.max() > self.sound:
@@ -41,6 +47,16 @@ class Watchdog:
             raise RunStopped(
                 f"shell '{sim.shell.name}': energy appears from nowhere ({entries['closed_residual_percent']:.3g} % of"
                 f" what was given) at t = {sim.time:.6g} s; likely an unstable step: lower numerics.time_step_safety"
+            )
+
+
+    def _look_at_rigids(self, entries: dict[str, float]) -> None:
+        sim = self.sim
+        x = runtime.get(sim.rigids.x, sim.rigids.n)
+        for r in np.flatnonzero(~np.isfinite(x).all(axis=1)):
+            raise RunStopped(
+                f"rigid '{sim.rigids.names[r]}': its place is no number any more at t = {sim.time:.6g} s; likely the contact "
+                "found no solution: look at the last frame"
             )
 
 

@@ -1,0 +1,1 @@
+"""Contact of bodies by pinballs and multipliers (T 3.3)."""

@@ -1,0 +1,165 @@
+"""Neighbours of many moving points: points put in order of their cells, and for each a list with a skin.
+
+Space is cut into cells of half the reach; a cell's number counts first along x, so the cells that a point has to
+look at lie side by side in memory, row by row. Numbers wrap round (a torus of N_x N_y N_z cells): points may go
+anywhere, memory stays, and two places that share a cell are told apart by the distance, which is asked anyway.
+
+A list holds every point nearer than `reach` = support + skin when it was built; it stays complete until two points
+can have moved by `skin` relative to each other. Testing candidates costs as much as the forces, so lists pay (docs/method.md).
+"""
+
+import math
+
+import numpy as np
+
+from .. import runtime
+from ..runtime import ti
+
+WIDE = 5  # cells that a query sees along each axis: at least so many there must be, or one would be seen twice
+BLOCK = 4096
+
+
+@ti.data_oriented
+class Neighbours:
+    """Cells and lists of n points. `x` (N, 3) f64 [m] is kept in cell order by the owner (see `order`).
+
+    number (N,) i32 of neighbours, the point itself included; near: those of point i from i * width on.
+    """
+
+    def __init__(self, name: str, x, n: int, reach: float, box: np.ndarray):
+        """box (2, 3) [m]: where the points are at first; it only sets how many cells there are."""
+        self.name, self.x, self.n = name, x, n
+        self.reach = reach
+        sides = np.ceil((box[1] - box[0]) / (0.5 * reach)).astype(int) + WIDE + 1
+        while sides.prod() > max(4 * n, 1000):
+            sides[sides.argmax()] = max(WIDE + 1, sides.max() // 2)
+        self.sides = ti.Vector([int(s) for s in sides], ti.i32)
+        self.cells = int(sides.prod())
+        self.start = runtime.new(f"{name}.start", self.cells + 2, dtype="i32")
+        self.source = runtime.new(f"{name}.source", n, dtype="i32")  # where each point stood before the sort
+        self.number = runtime.new(f"{name}.number", n, dtype="i32")
+        self.built = runtime.new(f"{name}.built", n, 3, "f64")  # m, x when the lists were built
+        self.blocks = -(-n // BLOCK)
+        self.extreme = runtime.new(f"{name}.extreme", self.blocks, 8, "f64")
+        self.width = 0
+
+    def order(self) -> None:
+        """`source`: the points' numbers sorted by cell, the order within a cell kept. The owner then moves them."""
+        _sort(self, self.n, self.cells, 2.0 / self.reach)
+
+    def list(self) -> None:
+        """The lists of points that stand in the order of `order`."""
+        if self.width == 0:
+            self._widen(self._count())
+        _build(self, self.n, 2.0 / self.reach, self.reach, self.width)
+        most = int(runtime.get(self.number, self.n).max())
+        if most > self.width:
+            self._widen(most)
+            _build(self, self.n, 2.0 / self.reach, self.reach, self.width)
+
+    def moved(self) -> tuple[float, float]:
+        """How far two points can have moved relative to each other, and one at most, since the lists were built [m]."""
+        _extremes(self, self.n, self.blocks)
+        e = runtime.get(self.extreme, self.blocks)
+        low, high = e[:, :3].min(axis=0), e[:, 3:6].max(axis=0)
+        return float(np.linalg.norm(high - low)), float(math.sqrt(e[:, 6].max()))
+
+    def _count(self) -> int:
+        _build(self, self.n, 2.0 / self.reach, self.reach, 0)
+        return int(runtime.get(self.number, self.n).max())
+
+    def _widen(self, most: int) -> None:
+        """Room for `most` neighbours and a quarter more (the field before it, if any, is lost to this run)."""
+        self.width = (most * 5 // 4 + 7) // 8 * 8
+        self.near = runtime.new(f"{self.name}.near", self.n * self.width, dtype="i32")
+
+    @ti.func
+    def cell(self, x, inverse):
+        """Cell of the place x, not yet wrapped."""
+        return ti.cast(ti.floor(x * inverse), ti.i32)
+
+    @ti.func
+    def wrap(self, k, axis: ti.template()):
+        """Cell number k along an axis, in 0 ... sides - 1."""
+        side = self.sides[axis]
+        return k - side * ti.cast(ti.floor(ti.cast(k, ti.f64) / side), ti.i32)
+
+    @ti.func
+    def row(self, y, z):
+        """Number of the first cell of the row y, z (not yet wrapped)."""
+        return (self.wrap(z, 2) * self.sides[1] + self.wrap(y, 1)) * self.sides[0]
+
+
+@ti.kernel
+def _sort(nb: ti.template(), n: ti.i32, cells: ti.i32, inverse: ti.f64):
+    # one thread: 1 % of the time between two sorts, and the order cannot depend on the number of threads
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        for c in range(cells + 2):
+            nb.start[c] = 0
+        for i in range(n):
+            c = nb.cell(nb.x[i], inverse)
+            nb.number[i] = nb.row(c[1], c[2]) + nb.wrap(c[0], 0)
+            nb.start[nb.number[i] + 2] += 1
+        for c in range(cells):
+            nb.start[c + 2] += nb.start[c + 1]
+        for i in range(n):
+            c = nb.number[i] + 1
+            nb.source[nb.start[c]] = i
+            nb.start[c] += 1
+
+
+@ti.kernel
+def _build(nb: ti.template(), n: ti.i32, inverse: ti.f64, reach: ti.f64, width: ti.i32):
+    for i in range(n):
+        x = nb.x[i]
+        nb.built[i] = x
+        home = nb.cell(x, inverse)
+        k = 0
+        for dy, dz in ti.ndrange((-2, 3), (-2, 3)):
+            # the nearest that the row comes to x, and what that leaves of the reach along x
+            y0, z0 = (home[1] + dy) / inverse, (home[2] + dz) / inverse
+            gap_y = ti.max(y0 - x[1], x[1] - y0 - 1.0 / inverse, 0.0)
+            gap_z = ti.max(z0 - x[2], x[2] - z0 - 1.0 / inverse, 0.0)
+            left = reach * reach - gap_y * gap_y - gap_z * gap_z
+            if left > 0.0:
+                half = ti.sqrt(left)
+                first = nb.wrap(ti.cast(ti.floor((x[0] - half) * inverse), ti.i32), 0)
+                last = nb.wrap(ti.cast(ti.floor((x[0] + half) * inverse), ti.i32), 0)
+                row = nb.row(home[1] + dy, home[2] + dz)
+                stop = nb.start[row + last + 1]
+                pause = stop  # a row that wraps round has a second piece
+                again = stop
+                if first > last:
+                    pause = nb.start[row + nb.sides[0]]
+                    again = nb.start[row]
+                j = nb.start[row + first]
+                end = pause
+                for piece in range(2):
+                    if piece == 1:
+                        j = again
+                        end = stop
+                    while j < end:
+                        if (nb.x[j] - x).norm_sqr() < reach * reach:
+                            if k < width:
+                                nb.near[i * width + k] = j
+                            k += 1
+                        j += 1
+        nb.number[i] = k
+
+
+@ti.kernel
+def _extremes(nb: ti.template(), n: ti.i32, blocks: ti.i32):
+    for b in range(blocks):
+        low = ti.Vector([ti.math.inf, ti.math.inf, ti.math.inf], ti.f64)
+        high = -low
+        far = ti.cast(0.0, ti.f64)
+        for i in range(b * BLOCK, ti.min(n, (b + 1) * BLOCK)):
+            d = nb.x[i] - nb.built[i]
+            low = ti.min(low, d)
+            high = ti.max(high, d)
+            far = ti.max(far, d.norm_sqr())
+        for c in ti.static(range(3)):
+            nb.extreme[b][c] = low[c]
+            nb.extreme[b][3 + c] = high[c]
+        nb.extreme[b][6] = far
