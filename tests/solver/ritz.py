@@ -75,3 +75,37 @@ def supported_frequencies(thickness: float, nu: float = 0.3, count: int = 6) -> 
             root = np.array([1.0, inertia**-0.5, inertia**-0.5])
             found.append(np.sqrt(np.linalg.eigvalsh(root[:, None] * K * root)[0]))
     return np.sort(found)[:count]
+
+
+def pinched_cylinder(spread: float, shear: float = 1.0) -> float:
+    """Deflection under each of two opposite forces of 1 on a cylinder on rigid diaphragms (R 300, L 600, e 3, E 3e6,
+    nu 0.3), spread evenly over discs of radius `spread`: Navier's double series of the shell of docs/method.md,
+    linear. `shear` multiplies the true shear stiffness; huge is a thin shell.
+    """
+    from scipy.special import j1
+
+    R, length, e, young, nu = 300.0, 600.0, 3.0, 3e6, 0.3
+    K = young * e / (1 - nu**2)
+    kGe = shear * SHEAR_FACTOR * young * e / (2 * (1 + nu))
+    n, m = np.meshgrid(np.arange(0, 1001, 2.0), np.arange(1, 801, 2.0), indexing="ij")
+    a, b, o = m * np.pi / length, n / R, np.ones_like(n)
+    z = 0 * o
+    # amplitudes of the strains in those of u (cos cos), v (sin sin), w (cos sin) and the turns along and around
+    rows = (
+        ((-a, z, z, z, z), (z, b, o / R, z, z), (-b, a, z, z, z), K),  # membrane: axial, around, sheared
+        ((z, z, z, -a, z), (z, b / R, o / R**2, z, b), (z, a / R, z, -b, a), K * e**2 / 12),  # bending
+    )
+    M = np.zeros((*n.shape, 5, 5))
+    for x, y, xy, stiffness in rows:
+        x, y, xy = (np.stack(p, -1) for p in (x, y, xy))
+        for p, q, c in ((x, x, 1.0), (y, y, 1.0), (x, y, nu), (y, x, nu), (xy, xy, (1 - nu) / 2)):
+            M += stiffness * c * p[..., :, None] * q[..., None, :]
+    for p in (np.stack((z, z, a, o, z), -1), np.stack((z, -o / R, -b, z, o), -1)):
+        M += kGe * p[..., :, None] * p[..., None, :]
+    M[0, :, 1, 1] += K / R**2  # n = 0: nothing goes round
+    M[0, :, 4, 4] += kGe
+    k = np.hypot(a, b) * max(spread, 1e-9)
+    centre = np.sin(m * np.pi / 2)
+    load = np.zeros((*n.shape, 5))
+    load[..., 2] = 2 * centre * (2 * j1(k) / k) / (np.pi * R * length / 2 * np.where(n == 0, 2, 1))
+    return float((np.linalg.solve(M, load[..., None])[..., 2, 0] * centre).sum())

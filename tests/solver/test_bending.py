@@ -87,6 +87,13 @@ def test_supported_and_free_frequencies():
         assert sim.status()["frequency"] == pytest.approx(sim.relaxation.frequency[-1])
 
 
+def test_reference_of_the_pinched_cylinder():
+    """The series gives the classical value for a thin shell and a true point force, and the scene's for what it computes."""
+    for load, series in (("point", ritz.pinched_cylinder(0.0, shear=1e5)), ("spread", ritz.pinched_cylinder(30.0))):
+        scene = load_scene(ROOT / "scenes" / "pinched_cylinder.py", {"load": load, "nodes": "regular", "cells": "quad"})
+        assert -scene.quantities[0].options["reference"] == pytest.approx(series, rel=3e-3 if load == "point" else 1e-5)
+
+
 @pytest.mark.parametrize("thickness, nu", [(1e-3, 0.0), (0.1, 0.49), (1.0, 0.3), (10.0, 0.499)])
 def test_predicted_step_is_at_the_limit(thickness, nu):
     """A9: never above, at most 10 % below."""
