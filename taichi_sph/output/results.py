@@ -52,7 +52,7 @@ def picture_of(name: str) -> Path:
 
 def main_picture(run: RunFolder) -> Path | None:
     """The picture of a run or study that says most."""
-    for pattern in ("comparison.png", "*_over_time.png", "damage.png", "*.png"):
+    for pattern in ("comparison.png", "impact_over_time.png", "*_over_time.png", "damage.png", "*.png"):
         found = sorted(run.pictures.glob(pattern))
         if found:
             return found[0]

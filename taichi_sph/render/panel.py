@@ -1,6 +1,6 @@
 """A body seen from above, or obliquely where it is not flat, as it goes into a picture: polygons, colours, view. And how it is drawn.
 
-The page around it (axes, colour bar, titles) is matplotlib's with either renderer, so pictures look alike.
+Shells are polygons, rigid bodies their pinballs, fluids a ball for each particle. The page around it (axes, colour bar, titles) is matplotlib's with either renderer, so pictures look alike.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
 from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize
 
 from ..output.frame import BodyFrame
@@ -24,12 +24,24 @@ DAMAGE = LinearSegmentedColormap.from_list(
 SPEED = LinearSegmentedColormap.from_list(
     "speed", [(0.0, "#eef2f5"), (0.25, "#a9cbe0"), (0.55, "#3f86b5"), (0.8, "#1b4f80"), (1.0, "#0b1f3a")]
 )
+PLASTIC = LinearSegmentedColormap.from_list(
+    "plastic",
+    [(0.0, "#c3d0da"), (0.12, "#e9dcae"), (0.35, "#f0a04b"), (0.65, "#c8402f"), (1.0, "#4a0f1f")],
+)
+PRESSURE = LinearSegmentedColormap.from_list(
+    "pressure",
+    [(0.0, "#cfe3f2"), (0.2, "#7db6dd"), (0.4, "#2f74b5"), (0.6, "#4b3f92"), (0.8, "#b23a6f"), (1.0, "#ff9d2e")],
+)
+SPRAY = LinearSegmentedColormap.from_list("spray", [(0.0, "#a9d3ec"), (0.35, "#4a9bd0"), (0.7, "#1b5f9e"), (1.0, "#0b2447")])
 OUTLINE = "#9aa5ae"
+METAL = "#59636b"  # rigid bodies
+LOOSE = "#6d5a52"  # nodes without a cell
 MARGIN = 0.02  # of the longer side, around the bodies
 MOVED = 0.02  # the typical displacement is shown as this share of the longer side
 BENT = 0.08  # the same where displacements are what the picture is about
 FLAT = 0.02  # a body that is lower than this share of its size is seen from above
-TOWARDS = np.array([0.8, -0.9, 0.7])  # from the body to the eye, z upwards
+TOWARDS = np.array([0.8, -0.9, 0.7])  # from the body to the eye
+UPRIGHT = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True)
@@ -43,6 +55,7 @@ class Look:
     high: float
     magnification: float
     shown: float = 1.0  # what the colour bar shows, over SI
+    loose: bool = False  # nodes without a live cell are drawn too, and no outline of where the body was
 
 
 @dataclass(frozen=True)
@@ -99,10 +112,10 @@ def displaced(body: BodyFrame, factor: float) -> np.ndarray:
     return body.reference + factor * (body.points - body.reference)
 
 
-def oblique() -> np.ndarray:
-    """(3, 3) rows: right, up, towards the eye."""
-    eye = TOWARDS / np.linalg.norm(TOWARDS)
-    right = np.cross([0.0, 0.0, 1.0], eye)
+def oblique(towards: np.ndarray = TOWARDS, upright: np.ndarray = UPRIGHT) -> np.ndarray:
+    """(3, 3) rows: right, up, towards the eye; `upright` stays vertical on the page."""
+    eye = towards / np.linalg.norm(towards)
+    right = np.cross(upright, eye)
     right /= np.linalg.norm(right)
     return np.array([right, np.cross(eye, right), eye])
 
@@ -144,20 +157,36 @@ def cell_values(body: BodyFrame, field: str) -> np.ndarray:
     return np.where(corner, speed[body.cells], 0.0).sum(axis=1) / corner.sum(axis=1)
 
 
-def draw(axes: Axes, bodies: Sequence[BodyFrame], look: Look, view: View, with_vtk: bool) -> None:
-    """Draws bodies into axes whose data are millimetres."""
+def scattered(body: BodyFrame) -> np.ndarray:
+    """(N,) bool: nodes of cells that are all broken."""
+    corner = body.cells >= 0
+    some, alive = np.zeros((2, len(body.points)), dtype=bool)
+    some[body.cells[corner]] = True
+    alive[body.cells[kept(body)][corner[kept(body)]]] = True
+    return some & ~alive
+
+
+def point_values(body: BodyFrame, field: str) -> np.ndarray:
+    """(N,) values of a fluid: a field, or "speed" [m/s]."""
+    if field == "speed":
+        return np.linalg.norm(body.point_data["velocity"], axis=1)
+    return np.asarray(body.point_data[field], dtype=float)
+
+
+def draw(axes: Axes, bodies: Sequence[BodyFrame], look: Look, view: View, with_vtk: bool, wet: Look | None = None) -> None:
+    """Draws bodies into axes whose data are millimetres; `look` is that of shells, `wet` that of fluids."""
     mm = 1e3
     axes.set_xlim(view.x0 * mm, view.x1 * mm)
     axes.set_ylim(view.y0 * mm, view.y1 * mm)
     axes.set_aspect("equal")
-    for body in bodies:  # where the body was: thin line
+    for body in bodies if not look.loose else ():  # where the body was: thin line
         ends = view.seen(body.reference)[border(body.cells)][:, :, :2] * mm
         axes.add_collection(LineCollection(list(ends), colors=OUTLINE, linewidths=0.6, zorder=1))
     if with_vtk:
         from .vtk_panel import image
 
         box = axes.get_window_extent()
-        pixels = image(bodies, look, view, round(box.width), round(box.height))
+        pixels = image(bodies, look, view, round(box.width), round(box.height), wet)
         axes.imshow(
             pixels,
             extent=(view.x0 * mm, view.x1 * mm, view.y0 * mm, view.y1 * mm),
@@ -168,6 +197,9 @@ def draw(axes: Axes, bodies: Sequence[BodyFrame], look: Look, view: View, with_v
         return
     norm = Normalize(look.low, look.high)
     for body in bodies:
+        if body.kind != "shell":
+            _draw_balls(axes, body, view, wet)
+            continue
         sound = kept(body)
         points = view.seen(displaced(body, look.magnification)) * mm
         cells, values = body.cells[sound], cell_values(body, look.field)[sound]
@@ -193,3 +225,21 @@ def draw(axes: Axes, bodies: Sequence[BodyFrame], look: Look, view: View, with_v
                     rasterized=True,
                 )
             )
+
+
+def _draw_balls(axes: Axes, body: BodyFrame, view: View, wet: Look | None) -> None:
+    """Pinballs or particles as discs, the farthest first."""
+    points = view.seen(body.points) * 1e3
+    order = np.argsort(points[:, 2], kind="stable")
+    if body.kind == "rigid":
+        across, colours = 2e3 * body.point_data["radius"], np.full(len(points), METAL)
+    else:
+        across = 1e3 * body.point_data["diameter"]
+        colours = wet.colours(Normalize(wet.low, wet.high)(point_values(body, wet.field)))
+    size = across[order]
+    axes.add_collection(
+        EllipseCollection(
+            size, size, np.zeros(len(size)), units="xy", offsets=points[order, :2], transOffset=axes.transData,
+            facecolors=colours[order], linewidths=0, zorder=2.5 if body.kind == "rigid" else 1.5, rasterized=True,
+        )
+    )  # fmt: skip

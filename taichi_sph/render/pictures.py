@@ -6,7 +6,7 @@ Everything is read from files: a picture can be drawn again without the run.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,9 +23,10 @@ from matplotlib.figure import Figure
 from ..errors import SceneError
 from ..output.folder import RunFolder
 from ..output.frame import BodyFrame
-from . import plots
+from . import plots, struck
 from .backend import Backend, choose
-from .panel import BENT, DAMAGE, MARGIN, MOVED, SPEED, Look, View, cell_values, draw, magnification, view_of
+from .panel import BENT, DAMAGE, MARGIN, MOVED, PLASTIC, SPEED, UPRIGHT, Look, View, cell_values, draw, magnification, view_of
+from .sheet import pixels, sheet
 
 DPI = 170
 WIDTH = 9.4  # inches of a single panel's page
@@ -34,6 +35,7 @@ TALLEST = 7.0  # inches of a panel
 LENGTHS = ((1.0, "m"), (1e3, "mm"), (1e6, "um"), (1e9, "nm"))
 MOVIE_DPI = 90
 MOVIE_SECONDS = 6.0
+MOVIE_BYTES = 3e6
 
 
 def _bodies(run: RunFolder, index: int) -> list[BodyFrame]:
@@ -45,12 +47,15 @@ def _times(run: RunFolder) -> np.ndarray:
 
 
 def look_of(runs: Sequence[RunFolder]) -> Look:
-    """Colours and magnification for all pictures of some runs: damage where there is any, else displacement where there is no time, else speed."""
+    """Colours and magnification for all pictures of some runs: damage where there is any, else plastic strain, else displacement where there is no time, else speed."""
     last = [body for run in runs for body in _bodies(run, -1)]
     bends = any(shell.motion == "free" for run in runs for shell in run.scene.shells)
     factor = min(magnification(_bodies(run, -1), BENT if bends else MOVED) for run in runs)
     if any("damage" in b.cell_data and np.max(b.cell_data["damage"], initial=0) > 0 for b in last):
         return Look("damage", "damage D [-]", DAMAGE, 0.0, 1.0, factor)
+    yielded = max((float(np.max(b.cell_data["plastic"], initial=0)) for b in last if "plastic" in b.cell_data), default=0.0)
+    if yielded > 0:
+        return Look("plastic", "plastic strain p [-]", PLASTIC, 0.0, yielded, factor)
     if any(run.scene.increments is not None for run in runs):
         farthest = max(float(np.max(cell_values(b, "displacement"), initial=0)) for b in last) or 1.0
         scale, unit = next(((s, u) for s, u in LENGTHS if farthest * s >= 1), LENGTHS[-1])
@@ -189,71 +194,148 @@ def _subtitle(run: RunFolder, *parts: str) -> str:
     return "   ·   ".join([head, *(p for p in parts if p)])
 
 
-def render_run(folder: Path | str, notice: Callable[[str], None] | None = None) -> list[Path]:
-    """Draws all pictures of a run into DIR/pictures; returns their paths. `notice` is told why VTK is not used."""
+def render_run(folder: Path | str, notice: Callable[[str], None] | None = None, movie: bool | None = None) -> list[Path]:
+    """Draws all pictures of a run into DIR/pictures; returns their paths. `notice` is told why VTK is not used.
+
+    `movie` True draws the movie alone; None draws the stills, and a movie too unless the run has several kinds of bodies
+    (those take seconds a frame).
+    """
     backend = choose()
     if backend.notice and notice is not None:
         notice(backend.notice)
-    paths = []
     with RunFolder(folder) as run:
-        scene, times, out = run.scene, _times(run), run.pictures
-        last = float(times[-1])
-        look = look_of([run])
-        others = [b for i in range(0, len(times) - 1, max(1, len(times) // 10)) for b in _bodies(run, i)]
-        view = view_of(_bodies(run, -1), look.magnification, others)
-        final = _page(
-            [(_bodies(run, -1), "")],
-            look, view, scene.title,
-            _subtitle(run, instant(run, -1), _magnified(look), _gap(look)),
-            1, backend,
-        )  # fmt: skip
-        paths.append(_save(final, out / f"{look.field}.png"))
-        chosen = strip_frames(run)
-        if len(chosen) > 1:
-            strip = _page(
-                [(_bodies(run, i), instant(run, i)) for i in chosen],
-                look, view, scene.title, _subtitle(run, _magnified(look), _gap(look)), 4 if view.aspect > 1.3 else 2, backend,
-            )  # fmt: skip
-            paths.append(_save(strip, out / f"{look.field}_over_time.png"))
+        if movie:
+            return _movies(run, backend)
+        paths = _struck(run, backend) if struck.applies(run) else _stills(run, backend)
         if "energies" in run.histories():
-            figure = plots.energies(run, f"{scene.title}: energy")
+            figure = plots.energies(run, f"{run.scene.title}: energy")
             if figure is not None:
-                paths.append(_save(figure, out / "energies.png"))
+                paths.append(_save(figure, run.pictures / "energies.png"))
         for name in run.histories():
             if name.startswith("crack_tip"):
-                paths.append(_save(plots.crack_tip(run, f"{scene.title}: tip of the crack", name), out / f"{name}.png"))
-        if len(times) > 2 and scene.modes is None:
-            paths.append(_movie(run, look, view, backend, out / f"{look.field}.gif"))
+                figure = plots.crack_tip(run, f"{run.scene.title}: tip of the crack", name)
+                paths.append(_save(figure, run.pictures / f"{name}.png"))
+        return paths + ([] if struck.applies(run) else _movies(run, backend))
+
+
+def _whole_view(run: RunFolder, look: Look) -> View:
+    """The window of all pictures of a run of shells."""
+    times = _times(run)
+    others = [b for i in range(0, len(times) - 1, max(1, len(times) // 10)) for b in _bodies(run, i)]
+    return view_of(_bodies(run, -1), look.magnification, others)
+
+
+def _stills(run: RunFolder, backend: Backend) -> list[Path]:
+    """The end and some instants of a run of shells."""
+    scene, out = run.scene, run.pictures
+    look = look_of([run])
+    view = _whole_view(run, look)
+    final = _page(
+        [(_bodies(run, -1), "")],
+        look, view, scene.title,
+        _subtitle(run, instant(run, -1), _magnified(look), _gap(look)),
+        1, backend,
+    )  # fmt: skip
+    paths = [_save(final, out / f"{look.field}.png")]
+    chosen = strip_frames(run)
+    if len(chosen) > 1:
+        strip = _page(
+            [(_bodies(run, i), instant(run, i)) for i in chosen],
+            look, view, scene.title, _subtitle(run, _magnified(look), _gap(look)), 4 if view.aspect > 1.3 else 2, backend,
+        )  # fmt: skip
+        paths.append(_save(strip, out / f"{look.field}_over_time.png"))
     return paths
 
 
-def _movie(run: RunFolder, look: Look, view: View, backend: Backend, path: Path) -> Path:
-    """All frames as a GIF of about six seconds, which rests on the last one."""
+def _struck(run: RunFolder, backend: Backend) -> list[Path]:
+    """The end, some instants, strikers and leak of a run with several kinds of bodies."""
+    out, looks, last = run.pictures, struck.looks_of([run]), len(_times(run)) - 1
+    paths = []
+    if run.of_kind("shell"):
+        words = ("true deformation", "broken cells removed")
+        paths.append(_save(struck.final_page(run, looks, backend, _subtitle(run, instant(run, -1), *words)), out / "impact.png"))
+        chosen = struck.strip_instants(run)
+        if len(chosen) > 1:
+            strip = struck.strip_page(run, looks, backend, _subtitle(run, *words), chosen)
+            paths.append(_save(strip, out / "impact_over_time.png"))
+    elif run.of_kind("fluid"):
+        chosen = sorted({round(i) for i in np.linspace(0, last, 6)})
+        for field in ("pressure", "speed"):
+            strip = struck.fluid_strip(run, looks, field, backend, chosen, _subtitle(run), DPI)
+            paths.append(_save(strip, out / f"{field}_over_time.png"))
+    for name, figure in (("strikers", plots.strikers(run)), ("leak", plots.leak(run))):
+        if figure is not None:
+            paths.append(_save(figure, out / f"{name}.png"))
+    return paths
+
+
+def _movies(run: RunFolder, backend: Backend) -> list[Path]:
+    """The movie of a run, where it has more than two frames of a motion."""
+    times = _times(run)
+    if len(times) <= 2 or run.scene.modes is not None:
+        return []
+    if struck.applies(run):
+        return [_movie(_struck_pages(run, backend), run.pictures / "movie.gif")]
+    look = look_of([run])
+    view = _whole_view(run, look)
+
+    def pages() -> Iterator[Figure]:
+        for index in range(len(times)):
+            yield _page(
+                [(_bodies(run, index), "")], look, view, run.scene.title,
+                _subtitle(run, instant(run, index), _magnified(look), _gap(look)), 1, backend, MOVIE_DPI,
+            )  # fmt: skip
+
+    return [_movie(pages(), run.pictures / f"{look.field}.gif")]
+
+
+def _struck_pages(run: RunFolder, backend: Backend) -> Iterator[Figure]:
+    looks, every = struck.looks_of([run]), range(len(_times(run)))
+    if not run.of_kind("shell"):
+        for index in every:
+            yield struck.fluid_strip(run, looks, "pressure", backend, [index], _subtitle(run, instant(run, index)), MOVIE_DPI)
+        return
+    outer = "back" if abs(struck.sides(run).direction @ UPRIGHT) > 0.9 else "front"
+    views = struck.views_of(run, every[:: max(1, len(every) // 12)])
+    for index in every:
+        shots = struck.shots_at(run, index, looks, views, (outer, "section"))
+        words = _subtitle(run, instant(run, index), "true deformation", "broken cells removed")
+        yield sheet([shots], run.scene.title, words, backend, MOVIE_DPI)
+
+
+def _movie(figures: Iterator[Figure], path: Path) -> Path:
+    """Figures as a GIF of about six seconds, which rests on the last one; smaller pages until it is below 3 MB."""
     from PIL import Image
 
-    times = _times(run)
-    last = float(times[-1])
     pages = []
-    for index in range(len(times)):
-        text = instant(run, index)
-        page = _page(
-            [(_bodies(run, index), "")], look, view, run.scene.title,
-            _subtitle(run, text, _magnified(look), _gap(look)), 1, backend, MOVIE_DPI,
-        )  # fmt: skip
-        page.canvas.draw()
-        pages.append(Image.fromarray(np.asarray(page.canvas.buffer_rgba())[..., :3]))
-        plt.close(page)
-    palette = pages[-1].quantize(128)  # one palette for all, or colours flicker
+    for figure in figures:
+        pages.append(Image.fromarray(pixels(figure)))
+        plt.close(figure)
+    # one palette for all, or colours flicker: that of some pages side by side
+    some = [pages[round(i)] for i in np.linspace(0, len(pages) - 1, min(5, len(pages)))]
+    wall = Image.new("RGB", (sum(p.width for p in some), some[0].height))
+    for number, page in enumerate(some):
+        wall.paste(page, (number * page.width, 0))
+    palette = wall.quantize(128)
     paper = np.array(palette.getpalette()).reshape(-1, 3)
     paper[paper.min(axis=1) > 243] = 255  # the paper stays white; no colour of a look is so light
     palette.putpalette(paper.ravel().tolist())
-    pages = [page.quantize(palette=palette, dither=Image.Dither.NONE) for page in pages]
     each = max(40, int(1000 * MOVIE_SECONDS / len(pages)))
+    path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(path.name + ".tmp")
-    pages[0].save(
-        temporary, format="GIF", save_all=True, append_images=pages[1:], duration=[each] * (len(pages) - 1) + [2000],
-        loop=0, optimize=True,
-    )  # fmt: skip
+    share = 1.0
+    while True:
+        size = (round(share * pages[0].width), round(share * pages[0].height))
+        small = [page if share == 1 else page.resize(size, Image.Resampling.LANCZOS) for page in pages]
+        small = [page.quantize(palette=palette, dither=Image.Dither.NONE) for page in small]
+        small[0].save(
+            temporary, format="GIF", save_all=True, append_images=small[1:], duration=[each] * (len(small) - 1) + [2000],
+            loop=0, optimize=True,
+        )  # fmt: skip
+        excess = temporary.stat().st_size / MOVIE_BYTES
+        if excess <= 1 or share < 0.2:
+            break
+        share *= min(0.9, 0.97 / np.sqrt(excess))
     os.replace(temporary, path)
     return path
 
@@ -274,6 +356,9 @@ def render_compare(
         raise SceneError("nothing to compare: give the folders of at least two runs")
     runs = [RunFolder(f) for f in folders]
     try:
+        names = list(labels) if labels is not None else differences(runs)
+        if all(struck.applies(run) and run.of_kind("shell") for run in runs):
+            return _save(struck.compare_page(runs, names, title or common_title(runs), choose()), Path(out))
         look = look_of(runs)
         views = [view_of(_bodies(run, -1), look.magnification) for run in runs]
         turn = next((v.turn for v in views if v.turn is not None), None)
@@ -281,7 +366,6 @@ def render_compare(
         view = View(
             min(v.x0 for v in views), max(v.x1 for v in views), min(v.y0 for v in views), max(v.y1 for v in views), turn
         )
-        names = list(labels) if labels is not None else differences(runs)
         last = max(float(_times(run)[-1]) for run in runs)
         ends = ["" if run.scene.static is not None else instant(run, -1, last) for run in runs]  # the whole load
         panels = [

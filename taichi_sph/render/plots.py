@@ -1,4 +1,4 @@
-"""Plots of histories: the energy ledger with its balance, and the speed of the crack's tip."""
+"""Plots of histories: the energy ledger with its balance, the speed of the crack's tip, strikers, the leak."""
 
 from __future__ import annotations
 
@@ -9,9 +9,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ..output.folder import RunFolder
+from ..output.measures import leak as leaking
+from ..output.measures import perforation
 from ..output.measures.waves import rayleigh_speed
 
 PALETTE = ("#1b4f80", "#c8402f", "#e0912f", "#4b8f5a", "#7a5aa6", "#3aa0a8", "#8c6d46", "#d26fa5", "#6b7680", "#a8b545")
+SOFT_LINE = "#6b7680"
 SLOW = 0.3  # of the Rayleigh speed: below, its line is left out
 PERCENT = {"B_percent": ("balance B (T)", "#1b4f80"), "closed_residual_percent": ("closed residual", "#c8402f")}
 STYLE = {
@@ -184,4 +187,84 @@ def targets(summary: dict[str, Any]) -> Figure:
             axes.tick_params(labelsize=8, length=2.5)
             axes.locator_params(axis="x", nbins=6)
         figure.suptitle(f"{summary['title']}: numbers beside what is expected (grey)", x=0.01, ha="left", fontsize=11, weight="bold")
+    return figure
+
+
+def strikers(run: RunFolder) -> Figure | None:
+    """Speed of the rigid bodies against time; below, the contact force on them. None where none moves."""
+    found = {name: run.history(perforation.PREFIX + name) for name in perforation.striker_names(run)}
+    found = {name: h for name, h in found.items() if len(h) > 1 and perforation.speeds(h).max() > 0}
+    if not found:
+        return None
+    last = max(float(h.time[-1]) for h in found.values())
+    scale, unit = time_scale(last)
+    strongest = max(float(perforation.forces(h).max()) for h in found.values())
+    factor, force = (1e-3, "kN") if strongest >= 1e3 else (1.0, "N")
+    ruptured = perforation.first_rupture(run)
+    with plt.rc_context(STYLE):
+        figure, (top, bottom) = plt.subplots(2, 1, sharex=True, figsize=(8.6, 5.6), height_ratios=[1.4, 1], layout="constrained")
+        ends = []
+        for number, (name, h) in enumerate(found.items()):
+            colour, v = PALETTE[number % len(PALETTE)], perforation.speeds(h)
+            top.plot(h.time * scale, v, color=colour, lw=2)
+            bottom.plot(h.time * scale, perforation.forces(h) * factor, color=colour, lw=1.4)
+            label = f"{v[-1]:.3g} m/s" if len(found) == 1 else f"{name} {v[-1]:.3g} m/s"
+            ends.append((float(v[-1]), label, colour))
+        top.set_ylim(bottom=0)
+        top.set_ylabel("speed [m/s]")
+        top.set_title(f"{run.scene.title}: striker" + ("s" if len(found) > 1 else ""))
+        bottom.set_ylim(bottom=0)
+        bottom.set_ylabel(f"contact force [{force}]")
+        bottom.set_xlabel(f"time [{unit}]")
+        top.margins(x=0)
+        _direct_labels(top, ends, last * scale, 0.06)
+        _mark(top, ruptured, scale, unit, (top, bottom))
+    return figure
+
+
+def _mark(axes: plt.Axes, time: float | None, scale: float, unit: str, through: tuple[plt.Axes, ...]) -> None:
+    """A line where the first cell broke."""
+    if time is None:
+        return
+    for each in through:
+        each.axvline(time * scale, color="#e0912f", lw=1.0)
+    axes.annotate(
+        f"first rupture at {time * scale:.3g} {unit}", (time * scale, axes.get_ylim()[0]), xytext=(5, 12),
+        textcoords="offset points", color="#b06a12", fontsize=9,
+    )  # fmt: skip
+
+
+def leak(run: RunFolder) -> Figure | None:
+    """What has leaked and how fast, the speed of the jet, the opening, against time; None where nothing leaks."""
+    if leaking.HISTORY not in run.histories():
+        return None
+    h = run.history(leaking.HISTORY)
+    if len(h) < 2 or h["escaped_mass"].max() <= 0:
+        return None
+    scale, unit = time_scale(float(h.time[-1]))
+    time, out = h.time * scale, leaking.litres(run, h)
+    factor, litre = (1.0, "l") if out.max() >= 1 else (1e3, "ml")
+    rate = h["rate"] / leaking.density(run) / leaking.LITRE
+    curves = [
+        (out * factor, f"leaked [{litre}]"),
+        (rate, "leak rate [l/s]"),
+        (h["jet_speed"], "speed of the jet [m/s]"),
+        (h["opening_area"] * 1e4, "opening [cm²]"),
+    ]
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(2, 2, sharex=True, figsize=(9.6, 5.6), layout="constrained")
+        for number, (panel, (values, label)) in enumerate(zip(axes.flat, curves, strict=True)):
+            panel.plot(time, values, color=PALETTE[number], lw=1.8)
+            panel.set_ylabel(label)
+            if np.isfinite(values).any():
+                panel.set_ylim(min(0.0, float(np.nanmin(values))), 1.12 * max(float(np.nanmax(values)), 1e-12))
+            panel.margins(x=0)
+        _mark(axes[0, 0], perforation.first_rupture(run), scale, unit, (axes[0, 0],))
+        mean = leaking.leak_rate(run, run.scene)
+        began = time[leaking.window(h, None, np.inf)][0]
+        axes[0, 1].plot([began, time[-1]], [mean, mean], color=SOFT_LINE, lw=1.0, ls=":")
+        axes[0, 1].annotate(f"mean {mean:.3g} l/s", (time[-1], mean), xytext=(0, 4), textcoords="offset points", ha="right", fontsize=9, color="#4a545c")
+        for panel in axes[1]:
+            panel.set_xlabel(f"time [{unit}]")
+        figure.suptitle(f"{run.scene.title}: leak", x=0.01, ha="left", weight="bold", fontsize=11)
     return figure

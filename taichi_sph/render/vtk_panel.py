@@ -1,4 +1,7 @@
-"""A body seen from above, drawn by VTK through PyVista, off screen."""
+"""Bodies seen in parallel projection, drawn by VTK through PyVista, off screen.
+
+Particles are drawn as points with the shading of balls: one vertex each, so a hundred thousand cost little.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +12,14 @@ import numpy as np
 import pyvista
 
 from ..output.frame import BodyFrame
-from .panel import Look, View, cell_values, displaced, kept
+from ..output.measures.fragments import border
+from ..output.measures.pattern import node_spacing
+from .panel import LOOSE, METAL, Look, View, cell_values, displaced, kept, point_values, scattered
 
 SHARPER = 2  # pixels drawn per pixel shown, each way
+LIT = {"ambient": 0.4, "diffuse": 0.65, "specular": 0.08, "specular_power": 15}
+INSIDE = {"ambient": 0.2, "diffuse": 0.35}  # of a closed body, seen through a hole
+FOLD = 40.0  # deg between two cells from which on an edge is drawn sharp
 
 
 def grid(body: BodyFrame, look: Look, view: View) -> pyvista.UnstructuredGrid:
@@ -25,36 +33,88 @@ def grid(body: BodyFrame, look: Look, view: View) -> pyvista.UnstructuredGrid:
     return made
 
 
-@functools.lru_cache(maxsize=1)  # a new OpenGL context for each page of a movie would take most of its time
-def _plotter(width: int, height: int) -> pyvista.Plotter:
-    plotter = pyvista.Plotter(off_screen=True, window_size=(width, height))
+def smooth(body: BodyFrame, look: Look, view: View) -> pyvista.PolyData:
+    """Sound cells as a smooth surface: values and normals are means over the live cells of a node."""
+    sound = kept(body)
+    cells, values = body.cells[sound], cell_values(body, look.field)[sound]
+    corner = cells >= 0
+    weight = np.bincount(cells[corner], minlength=len(body.points))
+    total = np.bincount(cells[corner], np.broadcast_to(values[:, None], cells.shape)[corner], minlength=len(body.points))
+    faces = np.column_stack([corner.sum(axis=1), cells])
+    made = pyvista.PolyData(view.seen(displaced(body, look.magnification)), faces=faces[np.column_stack([corner[:, 0], corner])])
+    made.point_data["shown"] = total / np.maximum(weight, 1)
+    return made.compute_normals(cell_normals=False, split_vertices=True, feature_angle=FOLD, consistent_normals=False)
+
+
+def closed(body: BodyFrame) -> int:
+    """+1 for a body without border whose cells turn outwards, -1 inwards, 0 for one with a border."""
+    if len(border(body.cells)):
+        return 0
+    p = body.reference[np.where(body.cells < 0, body.cells[:, :1], body.cells)] - body.reference.mean(axis=0)
+    return int(np.sign(np.einsum("mi,mi->", p[:, 0], np.cross(p[:, 1], p[:, 2]))))
+
+
+def _balls(plotter: pyvista.Plotter, points: np.ndarray, pixels: float, **how: object) -> None:
+    plotter.add_points(
+        points, style="points", render_points_as_spheres=True, point_size=max(2.0, pixels), render=False, show_scalar_bar=False, **how
+    )
+
+
+@functools.lru_cache(maxsize=4)  # a new OpenGL context for each page of a movie would take most of its time
+def _plotter(width: int, height: int, lamp: bool) -> pyvista.Plotter:
+    """A window; with one lamp beside the eye, so that a colour is the same from all sides, or the usual three lights."""
+    plotter = pyvista.Plotter(off_screen=True, window_size=(width, height), lighting="none" if lamp else "light kit")
+    if lamp:
+        plotter.add_light(pyvista.Light(position=(0.2, 0.35, 1.0), light_type="camera light"))
     plotter.set_background("white")
     plotter.enable_parallel_projection()
     return plotter
 
 
-def image(bodies: Sequence[BodyFrame], look: Look, view: View, width: int, height: int) -> np.ndarray:
-    """(height, width, 4) uint8: bodies in parallel projection, transparent where there is nothing."""
-    plotter = _plotter(SHARPER * width, SHARPER * height)
+def image(
+    bodies: Sequence[BodyFrame], look: Look, view: View, width: int, height: int, wet: Look | None = None
+) -> np.ndarray:
+    """(height, width, 4) uint8: bodies in parallel projection, transparent where there is nothing.
+
+    `look` is that of shells, `wet` that of fluids; rigid bodies are dark metal.
+    """
+    plotter = _plotter(SHARPER * width, SHARPER * height, look.loose)
     plotter.clear_actors()
+    scale = SHARPER * height / (view.y1 - view.y0)  # pixels per metre
+    low, high = np.inf, -np.inf  # towards the eye
     for body in bodies:
-        if not kept(body).any():
+        if len(body.points) == 0:
             continue
-        plotter.add_mesh(
-            grid(body, look, view),
-            scalars="shown",
-            cmap=look.colours,
-            clim=(look.low, look.high),
-            lighting=view.turn is not None,
-            **({} if view.turn is None else {"ambient": 0.5, "diffuse": 0.6}),
-            show_scalar_bar=False,
-            render=False,
-        )
+        points = view.seen(displaced(body, look.magnification))
+        room = float(np.max(body.point_data.get("radius", 0.0)))
+        low, high = min(low, points[:, 2].min() - room), max(high, points[:, 2].max() + room)
+        if body.kind == "rigid":
+            balls = pyvista.PolyData(points)
+            balls["across"] = 2 * body.point_data["radius"]
+            ball = pyvista.Sphere(radius=0.5, theta_resolution=48, phi_resolution=48)
+            glyphs = balls.glyph(orient=False, scale="across", geom=ball)
+            plotter.add_mesh(glyphs, color=METAL, smooth_shading=True, specular=0.5, specular_power=20, render=False)
+        elif body.kind == "fluid":
+            across = float(np.median(body.point_data["diameter"])) * scale
+            values = point_values(body, wet.field)
+            _balls(plotter, points, across, scalars=values, cmap=wet.colours, clim=(wet.low, wet.high), ambient=0.35, diffuse=0.75)
+        elif kept(body).any():
+            surface = smooth(body, look, view) if look.loose else grid(body, look, view)
+            colours = {"scalars": "shown", "cmap": look.colours, "clim": (look.low, look.high), "show_scalar_bar": False}
+            hidden = closed(body) if look.loose else 0
+            if hidden:
+                inner, outer = ("front", "back") if hidden > 0 else ("back", "front")
+                plotter.add_mesh(surface, **colours, **INSIDE, culling=inner, render=False)
+                colours["culling"] = outer
+            light = {} if view.turn is None else LIT if look.loose else {"ambient": 0.5, "diffuse": 0.6}
+            plotter.add_mesh(surface, **colours, **light, lighting=view.turn is not None, render=False)
+        if look.loose and body.kind == "shell" and (loose := scattered(body)).any():
+            _balls(plotter, points[loose], 0.6 * node_spacing(body.reference, body.cells) * scale, color=LOOSE)
     x, y = (view.x0 + view.x1) / 2, (view.y0 + view.y1) / 2
-    far = 10 * max(view.x1 - view.x0, view.y1 - view.y0)
-    plotter.camera_position = [(x, y, far), (x, y, 0.0), (0.0, 1.0, 0.0)]
+    deep = max(high - low, view.x1 - view.x0) if high > low else 1.0
+    plotter.camera_position = [(x, y, high + deep), (x, y, low), (0.0, 1.0, 0.0)]
     plotter.camera.parallel_scale = (view.y1 - view.y0) / 2
-    plotter.camera.clipping_range = (far / 2, 2 * far)
+    plotter.camera.clipping_range = (0.5 * deep, 3 * deep)
     plotter.render()  # a screenshot alone would show what was drawn before
     pixels = np.asarray(plotter.screenshot(None, transparent_background=True, return_img=True))
     # average the extra pixels with their weight, so that edges do not darken

@@ -19,7 +19,7 @@ from taichi_sph.output.summary import write_summary
 from taichi_sph.scene import CappedTank, Delay, Disc, Material, Mazars, Numerics, Output, Pinball, Quantity, Rigid, Scene, Shell, dump
 
 PLATE, PLUG, PETALS, CRACKED = 0.015, 0.00425, 7, 0.009  # m: radii; number of radial cracks
-PLUG_SPEED, BALL, BALL_SPEED, BALL_EXIT, HIT = 120.0, 0.0055, 300.0, 255.0, 5e-6
+PLUG_SPEED, BALL, BALL_SPEED, BALL_EXIT, HIT = 310.0, 0.0055, 300.0, 255.0, 5e-6
 PLATE_END = 8e-5  # s
 
 TANK, HEIGHT, CRACK, OPENING = 0.15, 0.6, 0.44, 0.012  # m
@@ -286,7 +286,7 @@ def write_dam(folder: Path, spacing: float = 0.02, count: int = 6) -> RunFolder:
     scene = Scene(
         name="drawn_dam", title="Water column in a tank", source="tests", quality="draft", duration=0.4,
         numerics=Numerics(spacing=spacing), gravity=(0, 0, -9.81),
-        rigids=[Rigid(name="block", pinballs=[Pinball(centre=(2.2, 0, 0.1), radius=0.1)], mass=4.0, held=True)],
+        rigids=[Rigid(name="block", pinballs=[Pinball(centre=(2.2, 0, 0.1), radius=0.1)], mass=4.0)],
     )  # fmt: skip
     x, z = np.meshgrid(np.arange(0.5 * spacing, 1.0, spacing), np.arange(0.5 * spacing, 0.5, spacing), indexing="ij")
     X = np.column_stack([x.ravel(), 0 * x.ravel(), z.ravel()])

@@ -1,0 +1,127 @@
+"""A page of views in space: rows of shots, each with its scale bar, beside the colour bars of what they show."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.transforms import blended_transform_factory
+
+from ..output.frame import BodyFrame
+from . import plots
+from .backend import Backend
+from .panel import Look, View, draw, round_down
+
+DPI = 170
+WIDE = 12.0  # inches of the page
+LEFT, RIGHT, TOP, BOTTOM, BETWEEN, NAME, FOOT = 0.3, 1.35, 0.72, 0.12, 0.14, 0.27, 0.26  # inches
+TALLEST = 5.2  # inches of a row
+INK, SOFT = "#1d2429", "#5a6670"
+
+
+@dataclass(frozen=True)
+class Shot:
+    """Some bodies as one sees them: `look` colours shells, `wet` fluids."""
+
+    bodies: Sequence[BodyFrame]
+    view: View
+    name: str
+    look: Look
+    wet: Look | None = None
+
+    @property
+    def looks(self) -> list[Look]:
+        kinds = {body.kind for body in self.bodies}
+        return [look for look, kind in ((self.look, "shell"), (self.wet, "fluid")) if kind in kinds and look is not None]
+
+
+def length_text(metres: float) -> str:
+    for factor, unit in ((1.0, "m"), (1e3, "mm"), (1e6, "µm")):
+        if metres * factor >= 1:
+            break
+    return f"{metres * factor:g} {unit}"
+
+
+def scale_bar(axes: Axes, view: View, length: float, height: float) -> None:
+    """A bar of `length` [m] below axes that are `height` inches high."""
+    length *= 1e3
+    where = blended_transform_factory(axes.transData, axes.transAxes)
+    x, y = view.x0 * 1e3, -0.13 / height
+    axes.plot([x, x + length], [y, y], color=INK, lw=2.2, solid_capstyle="butt", transform=where, clip_on=False)
+    axes.annotate(
+        length_text(length / 1e3), (x + length, y), xycoords=where, xytext=(5, 0), textcoords="offset points", va="center",
+        fontsize=9, color=INK, annotation_clip=False,
+    )  # fmt: skip
+
+
+def heights(rows: Sequence[Sequence[Shot]]) -> list[float]:
+    """Inches of each row: as wide as the page, but no higher than TALLEST."""
+    found = []
+    for row in rows:
+        room = WIDE - LEFT - RIGHT - BETWEEN * (len(row) - 1)
+        found.append(min(TALLEST, room / sum(1 / shot.view.aspect for shot in row)))
+    return found
+
+
+def sheet(rows: Sequence[Sequence[Shot]], title: str, subtitle: str, backend: Backend, dpi: int = DPI) -> Figure:
+    """Rows of shots of equal height under one title."""
+    tall = heights(rows)
+    across = [sum(h / s.view.aspect for s in row) + BETWEEN * (len(row) - 1) for row, h in zip(rows, tall, strict=True)]
+    # long titles need room too: about 0.105 inches a letter
+    wide = max(max(across) + LEFT + RIGHT, 0.105 * len(title) + 2 * LEFT, 0.068 * len(subtitle) + 2 * LEFT)
+    height = TOP + sum(tall) + (NAME + FOOT) * len(rows) + BETWEEN * (len(rows) - 1) + BOTTOM
+    looks: list[Look] = []
+    for row in rows:
+        for shot in row:
+            looks += [look for look in shot.looks if look not in looks]
+    with plt.rc_context(plots.STYLE):
+        figure = plt.figure(figsize=(wide, height), dpi=dpi)
+        figure.text(LEFT / wide, 1 - 0.22 / height, title, fontsize=14, weight="bold", va="center", color=INK)
+        figure.text(LEFT / wide, 1 - 0.48 / height, subtitle, fontsize=10, va="center", color=SOFT)
+        y = height - TOP
+        for row, h in zip(rows, tall, strict=True):
+            x = LEFT
+            y -= NAME + h
+            length = round_down(0.28 * min(shot.view.x1 - shot.view.x0 for shot in row))
+            for shot in row:
+                w = h / shot.view.aspect
+                axes = figure.add_axes((x / wide, y / height, w / wide, h / height))
+                draw(axes, shot.bodies, shot.look, shot.view, backend.name == "vtk", shot.wet)
+                axes.set_axis_off()
+                axes.set_title(shot.name, fontsize=10.5, weight="normal", pad=4, x=0.01, color="#2b333a")
+                scale_bar(axes, shot.view, length, h)
+                x += w + BETWEEN
+            y -= FOOT + BETWEEN
+        _bars(figure, looks, wide, height)
+    return figure
+
+
+def _bars(figure: Figure, looks: Sequence[Look], wide: float, height: float) -> None:
+    """Colour bars at the right edge, one above the other."""
+    if not looks:
+        return
+    room = (height - TOP - BOTTOM) / len(looks)
+    for number, look in enumerate(looks):
+        tall = min(room - 0.75, 2.4)
+        y = height - TOP - (number + 0.5) * room - tall / 2 - 0.15
+        bar = figure.add_axes(((wide - RIGHT + 0.25) / wide, y / height, 0.16 / wide, tall / height))
+        colours = ScalarMappable(Normalize(look.low * look.shown, look.high * look.shown), look.colours)
+        figure.colorbar(colours, cax=bar, extend="neither" if look.field == "damage" else "max", extendfrac=0.04)
+        name, _, unit = look.label.rpartition(" ")
+        bar.set_title(f"{name}\n{unit}", fontsize=9.5, weight="normal", color="#2b333a", pad=8, loc="left", linespacing=1.3)
+        bar.locator_params(axis="y", nbins=5)
+        bar.tick_params(labelsize=9, length=2.5)
+        for side in bar.spines.values():
+            side.set_visible(False)
+
+
+def pixels(figure: Figure) -> np.ndarray:
+    """(height, width, 3) uint8"""
+    figure.canvas.draw()
+    return np.asarray(figure.canvas.buffer_rgba())[..., :3]

@@ -1,0 +1,330 @@
+"""Pictures of bodies that are struck, perforated or leak: true deformation, seen from the struck side, from behind, and cut open.
+
+The flight of the fastest rigid body at the start says which side is struck. Broken cells are not drawn, so that cracks
+and holes are seen through; fragments and loose nodes are. A section takes away the half nearer to the eye, along the flight
+and the upright axis. Water is coloured by its pressure inside, by its speed once it is out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ..output.folder import RunFolder
+from ..output.frame import BodyFrame
+from ..output.measures.fragments import flight, fragments, ruptured
+from ..output.measures.pattern import cell_centres, node_spacing
+from ..output.measures.perforation import first_rupture
+from . import plots
+from .backend import Backend
+from .panel import DAMAGE, PLASTIC, PRESSURE, SPRAY, UPRIGHT, Look, View, oblique
+from .sheet import Shot, sheet
+
+STRIP_TIMES = 5
+AROUND = 0.5  # of its width, how far from a shell things are still shown
+DROP = 0.6  # of its diameter: how large a particle is drawn once it is out
+CLOSE = 1.35  # the close-up shows this much more than the broken cells
+NEAR_ENOUGH = 0.8  # a close-up that shows more of the body than this is left out
+THIN = 0.25  # a fluid that is thinner than this share of its size is seen from the side
+PRESSURES = ((1.0, "Pa"), (1e-3, "kPa"), (1e-6, "MPa"), (1e-9, "GPa"))
+
+
+def applies(run: RunFolder) -> bool:
+    """Whether the run has bodies other than shells."""
+    return bool(run.of_kind("rigid") or run.of_kind("fluid"))
+
+
+def bodies_at(run: RunFolder, index: int) -> list[BodyFrame]:
+    return [run.frames(name).body(index) for name in run.bodies()]
+
+
+def _round_up(value: float) -> float:
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(power * next(m for m in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if m * power >= value * (1 - 1e-9)))
+
+
+# --- colours ------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Looks:
+    """One set of colours for all pictures of some runs."""
+
+    shell: Look
+    pressure: Look
+    speed: Look
+
+
+def looks_of(runs: Sequence[RunFolder]) -> Looks:
+    """Plastic strain where a metal has any, else damage; pressure and speed up to what all but a few particles reach."""
+    plastic, pressure, speed = [0.0], [0.0], [0.0]
+    for run in runs:
+        for file in run.of_kind("shell"):
+            last = file.body(-1)
+            if "plastic" in last.cell_data:
+                plastic.append(float(np.percentile(last.cell_data["plastic"], 99.8)))
+        for file in run.of_kind("fluid"):
+            for index in range(0, len(file), max(1, len(file) // 12)):
+                pressure.append(float(np.percentile(file.array("PointData", "pressure", index), 99.5)))
+                speeds = np.linalg.norm(file.array("PointData", "velocity", index), axis=1)
+                out = file.array("PointData", "outside", index) != 0
+                speed.append(float(np.percentile(speeds[out] if out.any() else speeds, 98)))
+    if max(plastic) > 0:
+        shell = Look("plastic", "plastic strain p [-]", PLASTIC, 0.0, _round_up(max(plastic)), 1.0, loose=True)
+    else:
+        shell = Look("damage", "damage D [-]", DAMAGE, 0.0, 1.0, 1.0, loose=True)
+    top = _round_up(max(max(pressure), 1.0))
+    factor, unit = next(((f, u) for f, u in PRESSURES if top * f < 1000), PRESSURES[-1])
+    return Looks(
+        shell,
+        Look("pressure", f"pressure of fluid [{unit}]", PRESSURE, 0.0, top, 1.0, factor),
+        Look("speed", "speed of fluid [m/s]", SPRAY, 0.0, _round_up(max(max(speed), 1e-6)), 1.0),
+    )
+
+
+# --- where to look from -------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Sides:
+    """Rotations (3, 3) of the views: front (the struck side), back, section; `removed` (3,) points from the plane of the
+    section to the eye."""
+
+    direction: np.ndarray
+    front: np.ndarray
+    back: np.ndarray
+    section: np.ndarray
+    removed: np.ndarray
+
+
+def sides(run: RunFolder) -> Sides:
+    """From the flight of the striker; without one, from -y."""
+    path = flight(run)
+    d = path[1] if path is not None else np.array([0.0, 1.0, 0.0])
+    if abs(d @ UPRIGHT) > 0.9:  # a flat body, struck from above or below
+        aside = np.array([0.35, -0.75, 0.0])
+        front, back = -0.75 * d + aside, 0.75 * d + aside
+        removed = np.array([0.0, -1.0, 0.0])
+        eye = removed - 0.18 * d
+    else:
+        aside = np.cross(d, UPRIGHT)
+        aside /= np.linalg.norm(aside)
+        front, back = -d + 0.4 * aside + 0.3 * UPRIGHT, d + 0.4 * aside + 0.3 * UPRIGHT
+        removed = aside
+        eye = removed - 0.35 * d + 0.22 * UPRIGHT
+    return Sides(d, oblique(front), oblique(back), oblique(eye), removed)
+
+
+def box(run: RunFolder) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest coordinates (3,) [m] of the shells' reference."""
+    points = np.concatenate([file.body(0).reference for file in run.of_kind("shell")])
+    return points.min(axis=0), points.max(axis=0)
+
+
+def middle(run: RunFolder) -> np.ndarray:
+    """(3,) [m]"""
+    low, high = box(run)
+    return 0.5 * (low + high)
+
+
+def cut_open(bodies: Sequence[BodyFrame], place: np.ndarray, removed: np.ndarray) -> list[BodyFrame]:
+    """Shells and fluids without what lies beyond the plane; rigid bodies and what is outside stay whole."""
+    found = []
+    for body in bodies:
+        if body.kind == "shell":
+            keep = (cell_centres(body.reference, body.cells) - place) @ removed <= 1e-9
+            found.append(replace(body, cells=body.cells[keep], cell_data={k: v[keep] for k, v in body.cell_data.items()}))
+        elif body.kind == "fluid":
+            keep = (body.points - place) @ removed <= 0.5 * float(np.median(body.point_data["diameter"]))
+            found.append(chosen(body, keep | (body.point_data["outside"] != 0)))
+        else:
+            found.append(body)
+    return found
+
+
+def chosen(body: BodyFrame, keep: np.ndarray) -> BodyFrame:
+    """A body of points with some of them."""
+    return replace(body, points=body.points[keep], point_data={k: v[keep] for k, v in body.point_data.items()})
+
+
+def outside_only(bodies: Sequence[BodyFrame]) -> list[BodyFrame]:
+    """Without the water that is still inside; what is out is drawn as smaller drops."""
+    found = []
+    for body in bodies:
+        if body.kind == "fluid":
+            body = chosen(body, body.point_data["outside"] != 0)
+            body = replace(body, point_data={**body.point_data, "diameter": DROP * body.point_data["diameter"]})
+        found.append(body)
+    return found
+
+
+def dry(bodies: Sequence[BodyFrame]) -> list[BodyFrame]:
+    """Shells only."""
+    return [body for body in bodies if body.kind == "shell"]
+
+
+# --- windows --------------------------------------------------------------------------------------
+
+
+def window(points: np.ndarray, turn: np.ndarray, margin: float = 0.03) -> View:
+    """The window that holds points (N, 3) [m]."""
+    seen = points @ turn.T
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    room = margin * float((high - low)[:2].max())
+    return View(low[0] - room, high[0] + room, low[1] - room, high[1] + room, turn)
+
+
+def shown_points(run: RunFolder, instants: Sequence[int]) -> np.ndarray:
+    """What an overview is to hold: the held parts of shells, and strikers, fragments and spray not far from them."""
+    low, high = box(run)
+    room = AROUND * float(np.median(high - low))
+    found = []
+    def near(points: np.ndarray) -> np.ndarray:
+        return ((points >= low - room) & (points <= high + room)).all(axis=1)
+
+    for index in instants:
+        for body in bodies_at(run, index):
+            if body.kind == "shell":
+                found += [body.reference, body.points[~fragments(body).gone]]
+            away = body.points if body.kind != "fluid" else body.points[body.point_data["outside"] != 0]
+            here = away[near(away)]
+            if body.kind == "rigid" and len(here):
+                radius = float(body.point_data["radius"].max())
+                here = np.concatenate([here - radius, here + radius])
+            found.append(here)
+    return np.concatenate(found)
+
+
+def close_up(run: RunFolder, turn: np.ndarray, side: float) -> View | None:
+    """Around the broken cells of one side (`side` -1: struck, +1: behind), where they take a small part of a shell."""
+    s = sides(run)
+    for file in run.of_kind("shell"):
+        body = file.body(-1)
+        broke = ruptured(body)
+        if not broke.any():
+            continue
+        centres = cell_centres(body.reference, body.cells)
+        depth = np.ptp(body.reference @ s.direction)
+        deep = depth > 0.2 * np.ptp(body.reference, axis=0).max()
+        mine = broke & ((centres - middle(run)) @ s.direction * side > 0) if deep else broke
+        if not mine.any():
+            continue
+        place = centres[mine].mean(axis=0)
+        reach = CLOSE * max(float(np.percentile(np.linalg.norm(centres[mine] - place, axis=1), 97)), 5 * node_spacing(body.reference, body.cells))
+        if 2 * reach > NEAR_ENOUGH * np.ptp(body.reference, axis=0).max():
+            return None
+        held = ~fragments(body).gone & (np.linalg.norm(body.reference - place, axis=1) <= reach)
+        around = body.points[held] if held.any() else body.reference[np.linalg.norm(body.reference - place, axis=1) <= reach]
+        return window(around, turn, 0.06)
+    return None
+
+
+# --- the pages ------------------------------------------------------------------------------------
+
+
+def strip_instants(run: RunFolder, count: int = STRIP_TIMES) -> list[int]:
+    """Frames from the first rupture (or the start) to the end, at even times; in a fluid the early ones stand closer, for
+    its pressure waves."""
+    times = run.frames().times
+    first = first_rupture(run)
+    start = times[0] if first is None else min(1.05 * first, times[-1])
+    wanted = start + (times[-1] - start) * np.linspace(0, 1, count) ** (1.5 if run.of_kind("fluid") else 1.0)
+    return sorted({min(int(np.searchsorted(times, t * (1 - 1e-9))), len(times) - 1) for t in wanted})
+
+
+def _when(run: RunFolder, index: int) -> str:
+    times = run.frames().times
+    scale, unit = plots.time_scale(float(times[-1]))
+    return f"t = {times[index] * scale:.3g} {unit}"
+
+
+def _side_view(run: RunFolder) -> np.ndarray:
+    """A fluid that is thin is seen along its thinnest axis, any other obliquely."""
+    points = np.concatenate([file.body(0).reference for file in run.of_kind("fluid")])
+    extent = np.ptp(points, axis=0)
+    thin = int(np.argmin(extent[:2]))
+    if extent[thin] > THIN * extent.max():
+        return oblique()
+    eye = np.zeros(3)
+    eye[thin] = -1.0 if thin == 1 else 1.0
+    return oblique(eye)
+
+
+def fluid_strip(run: RunFolder, looks: Looks, field: str, backend: Backend, instants: Sequence[int], subtitle: str, dpi: int) -> Figure:
+    """A fluid without shells at some instants, coloured by "pressure" or "speed"."""
+    look = getattr(looks, field)
+    turn = _side_view(run)
+    everything = [b for i in range(0, len(run.frames().times), max(1, len(run.frames().times) // 12)) for b in bodies_at(run, i)]
+    points = [np.percentile(b.points, [0.2, 99.8], axis=0) if b.kind == "fluid" else b.points for b in everything]
+    radii = [b.points + s * b.point_data["radius"][:, None] for b in everything if b.kind == "rigid" for s in (-1, 1)]
+    view = window(np.concatenate([*points, *radii]), turn)
+    shots = [Shot(bodies_at(run, i), view, _when(run, i), looks.shell, look) for i in instants]
+    columns = 1 if len(shots) == 1 else 3 if view.aspect > 0.8 else 2
+    return sheet([shots[i : i + columns] for i in range(0, len(shots), columns)], run.scene.title, subtitle, backend, dpi)
+
+
+def views_of(run: RunFolder, instants: Sequence[int]) -> dict[str, View]:
+    """Windows of the overviews that hold all `instants`, all of one height, so that a page has one scale."""
+    s, points = sides(run), shown_points(run, instants)
+    views = {name: window(points, getattr(s, name)) for name in ("front", "back", "section")}
+    tall = max(v.y1 - v.y0 for v in views.values())
+    return {name: replace(v, y0=(v.y0 + v.y1 - tall) / 2, y1=(v.y0 + v.y1 + tall) / 2) for name, v in views.items()}
+
+
+def shots_at(run: RunFolder, index: int, looks: Looks, views: dict[str, View], names: Sequence[str], prefix: str = "") -> list[Shot]:
+    """Views named "front", "back", "section", or "dry" (the front without water) of one instant."""
+    s, bodies = sides(run), bodies_at(run, index)
+    titles = {"front": "struck side", "back": "from behind", "section": "cut open", "dry": "struck side, shell alone"}
+    if flight(run) is None:
+        titles["front"] = "from outside"
+    found = []
+    for name in names:
+        inside = name == "section"
+        shown = cut_open(bodies, middle(run), s.removed) if inside else dry(bodies) if name == "dry" else outside_only(bodies)
+        text = f"{prefix}{', ' if prefix else ''}{titles[name]}"
+        found.append(Shot(shown, views["front" if name == "dry" else name], text, looks.shell, looks.pressure if inside else looks.speed))
+    return found
+
+
+def final_page(run: RunFolder, looks: Looks, backend: Backend, subtitle: str, index: int = -1, dpi: int = 170) -> Figure:
+    """The end: overviews from both sides and cut open, then close-ups around what broke."""
+    names = ("front", "section", "dry", "back") if run.of_kind("fluid") else ("front", "section", "back")
+    rows = [shots_at(run, index, looks, views_of(run, [index]), names)]
+    s, bodies = sides(run), dry(bodies_at(run, index))
+    close = []
+    for turn, side, name in ((s.front, -1.0, "struck side, close"), (s.back, 1.0, "from behind, close")):
+        view = close_up(run, turn, side)
+        if view is not None:
+            close.append(Shot(bodies, view, name, looks.shell))
+    if close:
+        rows.append(close)
+    return sheet(rows, run.scene.title, subtitle, backend, dpi)
+
+
+def strip_page(run: RunFolder, looks: Looks, backend: Backend, subtitle: str, instants: Sequence[int]) -> Figure:
+    """Some instants: cut open above; below from behind where it is flat, from the struck side where it is a tank."""
+    views = views_of(run, instants)
+    outer = "back" if abs(sides(run).direction @ UPRIGHT) > 0.9 else "front"
+    columns = [shots_at(run, i, looks, views, ("section", outer), _when(run, i)) for i in instants]
+    columns = [columns[0]] + [[replace(s, name=_when(run, i)) for s in c] for c, i in zip(columns[1:], instants[1:], strict=True)]
+    return sheet([[c[0] for c in columns], [c[1] for c in columns]], run.scene.title, subtitle, backend)
+
+
+def compare_page(runs: Sequence[RunFolder], names: Sequence[str], title: str, backend: Backend) -> Figure:
+    """The ends of several runs side by side, from outside above and cut open below, to one scale and in the same colours."""
+    looks = looks_of(runs)
+    rows: list[list[Shot]] = [[], []]
+    boxes = [views_of(run, [-1]) for run in runs]
+    for name in ("front", "section"):
+        shared = [box[name] for box in boxes]
+        whole = (min(v.x0 for v in shared), max(v.x1 for v in shared), min(v.y0 for v in shared), max(v.y1 for v in shared))
+        for box in boxes:
+            box[name] = View(*whole, box[name].turn)
+    for run, box, name in zip(runs, boxes, names, strict=True):
+        front, section = shots_at(run, -1, looks, box, ("front", "section"), f"{name}, {_when(run, len(run.frames()) - 1)}")
+        rows[0].append(front)
+        rows[1].append(section)
+    return sheet(rows, title, "at the end of each run, true deformation   ·   broken cells removed", backend)
