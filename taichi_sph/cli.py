@@ -208,7 +208,7 @@ def spectrum(
     count: Annotated[int, typer.Option("--count", min=1, help="How many modes are printed.")] = 12,
     picture: Annotated[Path | None, typer.Option("--picture", metavar="FILE", help="Draw the lowest modes, e.g. modes.png.")] = None,
 ) -> None:
-    """Compare the lowest in-plane frequencies of a free plate with the finite-element method's."""
+    """Compare the lowest frequencies of a free plate in its plane and of a free curved patch with the finite-element method's."""
     from . import spectrum as measuring
 
     measuring.main(_scene(scene, None, set_), cells, count, picture)

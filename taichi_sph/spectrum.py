@@ -1,4 +1,5 @@
-"""In-plane frequencies of a free square plate, beside those of the finite-element method on the same nodes.
+"""Frequencies of a free square plate in its plane, and of a free curved patch that bends, beside those of the
+finite-element method on the same nodes.
 
 A spectrum shows what a count of zero modes hides: soft spurious modes, that is flexible modes far below the
 lowest physical one. The stiffness is read off the running force kernels, column by column, so it is the
@@ -13,10 +14,14 @@ from pathlib import Path
 
 import numpy as np
 
+from .elements import element_stiffness, shell_stiffness
 from .model.mesh import SurfaceMesh
 from .scene.schema import Plate, Scene
+from .scene.surfaces import Cylinder
 
 RIGID = 3  # translations and the rotation in the plane
+RIGID_BENT = 6
+SLENDERNESS = 50  # side over thickness of the curved patch
 SOFT = 0.5  # a mode is soft when its frequency is below this part of the finite elements' of the same number
 
 
@@ -86,43 +91,6 @@ def stiffness(sim) -> np.ndarray:
     return K
 
 
-def element_stiffness(mesh: SurfaceMesh, young: float, poisson: float, thickness: float):
-    """Sparse (2N, 2N) plane-stress stiffness [N/m]: constant-strain triangles, bilinear quadrangles (2 x 2 points)."""
-    from scipy.sparse import coo_array
-
-    C = young / (1 - poisson**2) * np.array([[1, poisson, 0], [poisson, 1, 0], [0, 0, (1 - poisson) / 2]])
-    rows, columns, values = [], [], []
-    for cell, corners in zip(mesh.cells, mesh.corners):
-        nodes = cell[:corners]
-        x = mesh.points[nodes, :2]
-        k = np.zeros((2 * corners, 2 * corners))
-        for slopes, weight in _points(x):
-            B = np.zeros((3, 2 * corners))
-            B[0, 0::2] = B[2, 1::2] = slopes[:, 0]
-            B[1, 1::2] = B[2, 0::2] = slopes[:, 1]
-            k += weight * thickness * B.T @ C @ B
-        dofs = np.stack([2 * nodes, 2 * nodes + 1], axis=1).ravel()
-        rows.append(np.repeat(dofs, len(dofs)))
-        columns.append(np.tile(dofs, len(dofs)))
-        values.append(k.ravel())
-    size = 2 * len(mesh.points)
-    return coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(size, size)).tocsc()
-
-
-def _points(x: np.ndarray):
-    """Gradients of the shape functions (corners, 2) [1/m] and weights [m2] at the integration points."""
-    if len(x) == 3:
-        slopes = np.linalg.solve(np.column_stack([np.ones(3), x]).T, np.array([[0, 0], [1, 0], [0, 1]]))
-        area = 0.5 * abs(np.linalg.det(np.column_stack([np.ones(3), x])))
-        yield slopes, area
-        return
-    g = 1 / np.sqrt(3)
-    for r, s in ((-g, -g), (g, -g), (g, g), (-g, g)):
-        d = 0.25 * np.array([[-(1 - s), -(1 - r)], [1 - s, -(1 + r)], [1 + s, 1 + r], [-(1 + s), 1 - r]])
-        J = d.T @ x
-        yield d @ np.linalg.inv(J).T, abs(np.linalg.det(J))
-
-
 def _lowest(K, mass: np.ndarray, count: int) -> np.ndarray:
     """Lowest `count` flexible frequencies [Hz] of a symmetric sparse stiffness and lumped masses (one per node)."""
     from scipy.sparse import diags_array
@@ -171,6 +139,74 @@ def compare(scene: Scene, cells: int = 12, count: int = 12, simulation: Callable
     return Spectrum(ours[first], elements, true, int(still.sum()), growth, step, shapes, sim.mesh)
 
 
+@dataclass(frozen=True)
+class Bent:
+    """The like of a free curved patch: frequencies [Hz] of ours and of MITC shell elements on the same nodes, with the same
+    lumped masses; how many of ours are rigid (below 1e-3 of the elements' first), `growth`, shapes (count, N, 3)."""
+
+    ours: np.ndarray
+    elements: np.ndarray
+    rigid: int
+    growth: float
+    shapes: np.ndarray
+    mesh: SurfaceMesh
+
+    @property
+    def soft(self) -> int:
+        """How many of our modes are far below the elements' of the same number."""
+        n = min(len(self.ours), len(self.elements))
+        return int((self.ours[:n] < SOFT * self.elements[:n]).sum()) + max(0, self.rigid - RIGID_BENT)
+
+
+def patch(scene: Scene, cells: int) -> Scene:
+    """The scene's material and numerics on a free piece of a cylinder, `cells` x `cells`, one radian wide and as long."""
+    plain = square(scene, cells)
+    side = plain.shells[0].surface.length
+    wall = plain.shells[0].model_copy(
+        update={"surface": Cylinder(radius=side, length=side, axis="y", angle=1.0), "motion": "free", "thickness": side / SLENDERNESS}
+    )
+    return plain.model_copy(update={"shells": (wall,)})
+
+
+def compare_bent(scene: Scene, cells: int = 12, count: int = 12) -> Bent:
+    """The spectrum of the scene's formulation on a free curved patch."""
+    import scipy.linalg
+    from scipy.sparse import csc_array
+    from scipy.sparse.linalg import eigsh
+
+    from .solver.modes import stiffness as sparse_stiffness
+    from .solver.simulation import Simulation
+
+    plain = patch(scene, cells)
+    sim = Simulation(plain)
+    A, free, number, root = sparse_stiffness(sim)
+    m, thickness = plain.shells[0].material, plain.shells[0].thickness
+    # the elements' on the same unknowns
+    n, c, f = free.shape
+    node, direction = np.nonzero(number >= 0)
+    found = free[node, :, direction] / root[node]
+    at = (c * node[:, None] + np.arange(c)).ravel()
+    basis = csc_array((found.ravel(), (at, np.repeat(number[node, direction], c))), shape=(c * n, A.shape[0]))
+    K = (basis.T @ shell_stiffness(sim.mesh, m.young, m.poisson, thickness) @ basis).tocsc()
+    values = eigsh(K, k=count + RIGID_BENT, sigma=-1e-9 * K.diagonal().max(), which="LM", return_eigenvectors=False)
+    elements = np.sqrt(np.sort(values)[RIGID_BENT:].clip(0)) / (2 * np.pi)
+    # ours
+    if plain.numerics.formulation.kind == "galerkin":
+        values, vectors = np.linalg.eigh(0.5 * (A + A.T).toarray())
+        values = values.astype(complex)
+    else:
+        values, vectors = scipy.linalg.eig(A.toarray())
+    hertz = np.sqrt(values) / (2 * np.pi)
+    still = np.abs(hertz) < 1e-3 * elements[0]
+    moving, vectors = hertz[~still], vectors.real[:, ~still]
+    ours = np.where(moving.real > np.abs(moving.imag), moving.real, 0.0)
+    first = np.argsort(ours, kind="stable")[:count]
+    shapes = (basis @ vectors[:, first]).T.reshape(len(first), n, c)[:, :, :3]
+    shapes = shapes / np.linalg.norm(shapes, axis=2).max(axis=1)[:, None, None]
+    growth = float(np.max(np.abs(moving.imag) / np.maximum(np.abs(moving.real), 1e-12), initial=0.0))
+    return Bent(ours[first], elements, int(still.sum()), growth, shapes, sim.mesh)
+
+
 # what the table compares: formulation, cells, irregularity
 VARIANTS = (
     ("galerkin", "quad", 0.0),
@@ -182,7 +218,7 @@ VARIANTS = (
 )
 
 
-def variants(scene: Scene, cells: int = 12, count: int = 12) -> dict[tuple[str, str, float], Spectrum]:
+def variants(scene: Scene, cells: int = 12, count: int = 12, compared: Callable = compare) -> dict[tuple[str, str, float], Spectrum | Bent]:
     """The spectrum of every variant on the scene's material and spacing; the scene's own formulation keeps its numbers."""
     found = {}
     for kind, shape, irregularity in VARIANTS:
@@ -194,31 +230,38 @@ def variants(scene: Scene, cells: int = 12, count: int = 12) -> dict[tuple[str, 
                 "numerics.irregularity": irregularity,
             }
         )
-        found[kind, shape, irregularity] = compare(changed, cells, count)
+        found[kind, shape, irregularity] = compared(changed, cells, count)
     return found
 
 
 def main(scene: Scene, cells: int, count: int, picture: Path | None = None) -> None:
-    """Prints the table of the variants and the modes of the scene's own; draws the lowest ones into `picture`."""
+    """Prints the tables of the variants and the modes of the scene's own; draws the lowest ones into `picture`: of a shell
+    that bends those of the curved patch, else those of the plate."""
     n = scene.numerics
-    print(f"free square plate, {cells} x {cells} cells; frequencies over those of finite elements on the same nodes")
+    print(f"free square plate in its plane, {cells} x {cells} cells; frequencies over those of finite elements on the same nodes")
     print("formulation  cells     irregular  zero modes  soft   lowest  least of all  growth  critical step [D/c]")
     for (kind, shape, irregularity), s in variants(scene, cells, count).items():
-        ratio = s.ours / s.elements[: len(s.ours)]
-        print(
-            f"{kind:12s} {shape:8s} {irregularity:10.2f} {s.rigid:11d} {s.soft:5d} {ratio[0]:8.3f} {ratio.min():13.3f}"
-            f" {s.growth:7.1e} {s.step:20.3f}"
-        )
-    s = compare(scene, cells, count)
+        print(_line(kind, shape, irregularity, s) + f" {s.step:20.3f}")
+    print(f"\nfree curved patch that bends, one radian, side / thickness {SLENDERNESS}, the same")
+    print("formulation  cells     irregular  zero modes  soft   lowest  least of all  growth")
+    for (kind, shape, irregularity), s in variants(scene, cells, count, compare_bent).items():
+        print(_line(kind, shape, irregularity, s))
+    bends = scene.shells[0].motion == "free"
+    s = compare_bent(scene, cells, count) if bends else compare(scene, cells, count)
     print(f"\nthe scene's own: {n.formulation.kind}, {n.cells}, irregularity {n.irregularity:g}, support {n.formulation.support:g}")
-    print("mode   ours [kHz]   elements [kHz]   fine mesh [kHz]   ours/elements   ours/fine")
-    for i, (ours, elements, fine) in enumerate(zip(s.ours, s.elements, s.fine)):
-        print(
-            f"{i + 1:4d} {ours / 1e3:12.4f} {elements / 1e3:16.4f} {fine / 1e3:17.4f} {ours / elements:15.4f} {ours / fine:11.4f}"
-        )
-    print(f"zero modes {s.rigid} (expected {RIGID}), soft spurious modes {s.soft}, critical step {s.step:.3f} D/c")
+    print("mode   ours [kHz]   elements [kHz]   ours/elements")
+    for i, (ours, elements) in enumerate(zip(s.ours, s.elements)):
+        print(f"{i + 1:4d} {ours / 1e3:12.4f} {elements / 1e3:16.4f} {ours / elements:15.4f}")
+    print(f"zero modes {s.rigid} (expected {RIGID_BENT if bends else RIGID}), soft spurious modes {s.soft}")
     if picture is not None:
         from .render.modes import draw
 
-        draw(picture, s.mesh, s.shapes[:6], [f"{f / 1e3:.2f} kHz" for f in s.ours[:6]])
+        draw(picture, s.mesh, s.shapes[:6], [f"{f / 1e3:.3g} kHz" for f in s.ours[:6]])
         print(f"drawn: {picture}")
+
+
+def _line(kind: str, shape: str, irregularity: float, s: Spectrum | Bent) -> str:
+    ratio = s.ours / s.elements[: len(s.ours)]
+    return (
+        f"{kind:12s} {shape:8s} {irregularity:10.2f} {s.rigid:11d} {s.soft:5d} {ratio[0]:8.3f} {ratio.min():13.3f} {s.growth:7.1e}"
+    )

@@ -86,8 +86,8 @@ def free_directions(sim) -> np.ndarray:
 
 
 def stiffness(sim):
-    """Sparse symmetric M^-1/2 K M^-1/2 (free unknowns) [1/s2], and the (N, c, f) directions of its unknowns with
-    the number of each, -1 where there is none."""
+    """Sparse M^-1/2 K M^-1/2 (free unknowns) [1/s2], the (N, c, f) directions of its unknowns with the number of each,
+    -1 where there is none, and the (N, c) roots of the masses."""
     import scipy.sparse
     from scipy.spatial import cKDTree
 
@@ -124,7 +124,7 @@ def stiffness(sim):
     size = int(present.sum())
     where = (np.concatenate(rows), np.concatenate(columns))
     A = scipy.sparse.csc_array((np.concatenate(values), where), shape=(size, size))
-    return 0.5 * (A + A.T), free, number, operator.root
+    return A, free, number, operator.root
 
 
 def _colours(tree, X: np.ndarray, apart: float) -> np.ndarray:
@@ -144,6 +144,7 @@ def lowest(sim, count: int) -> tuple[np.ndarray, np.ndarray, int]:
     from scipy.sparse.linalg import eigsh
 
     A, free, number, root = stiffness(sim)
+    A = 0.5 * (A + A.T)  # but for rounding it is symmetric
     wanted = min(count + 6, A.shape[0] - 2)
     # a shift beside zero, which may be an eigenvalue: far below the lowest flexible one, far above rounding
     shift = -1e-9 * float(A.diagonal().max())

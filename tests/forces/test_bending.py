@@ -86,7 +86,7 @@ def test_constant_curvature_is_exact_on_a_plate():
 
 @pytest.mark.parametrize("surface", ["flat", "curved"])
 def test_six_rigid_modes_and_no_soft_one(surface):
-    """METHOD 1: exactly six zero modes; the first flexible one is where it belongs, whatever the nodes."""
+    """Exactly six zero modes; the first flexible one is where it belongs, whatever the nodes."""
     from taichi_sph.solver.modes import lowest
 
     found = {p: lowest(start(shell_scene(surface, irregularity=p)), 6) for p in (0.0, 0.25)}

@@ -1,11 +1,14 @@
-"""The spectrum of a free plate beside the finite elements' on the same nodes: no soft spurious modes (galerkin)."""
+"""The spectrum of a free plate in its plane, and of a curved patch that bends, beside the finite elements' on the same nodes: no soft spurious modes (galerkin)."""
 
 import numpy as np
 import pytest
 
-from taichi_sph.spectrum import compare
+from taichi_sph.elements import shell_stiffness
+from taichi_sph.model.mesh import plate
+from taichi_sph.spectrum import compare, compare_bent
 
 from ..plates import plate_scene
+from . import ritz
 
 
 @pytest.mark.parametrize("cells, irregularity", [("quad", 0.0), ("quad", 0.25), ("triangle", 0.0), ("triangle", 0.25)])
@@ -34,10 +37,38 @@ def test_collocation_is_measured_too():
     assert s.growth > 1e-3
 
 
+@pytest.mark.parametrize("cells, irregularity", [("quad", 0.0), ("quad", 0.25), ("triangle", 0.0), ("triangle", 0.25)])
+def test_a_curved_patch_has_six_rigid_modes_and_no_soft_one(cells, irregularity):
+    """Its lowest twelve flexible modes within 10 % of MITC shell elements' on the same nodes."""
+    s = compare_bent(plate_scene(cells=cells, irregularity=irregularity), cells=12, count=12)
+    assert s.rigid == 6 and s.soft == 0
+    assert s.ours == pytest.approx(s.elements, rel=0.1)
+    assert s.shapes.shape == (12, 169, 3)
+
+
+def test_collocation_has_soft_modes_on_a_curved_patch():
+    s = compare_bent(plate_scene(cells="quad", irregularity=0.0, formulation="collocation"), cells=8, count=6)
+    assert s.soft >= 3 and s.growth > 1e-3
+
+
+@pytest.mark.parametrize("cells, irregularity", [("quad", 0.0), ("quad", 0.2), ("triangle", 0.0)])
+def test_the_shell_elements_that_are_compared_with(cells, irregularity):
+    """Free plate: six still modes, the first flexible ones within 4 % of Mindlin's on 12 x 12 cells."""
+    import scipy.linalg
+
+    e, nu = 0.02, 0.3
+    mesh = plate(1.0, 1.0, 1 / 12, cells, irregularity, seed=1)
+    young = 12 * (1 - nu**2) / e**3
+    mass = np.repeat(mesh.node_areas, 6) * np.tile([1, 1, 1, e**2 / 12, e**2 / 12, 1], len(mesh.points))
+    keep = np.tile([True] * 5 + [False], len(mesh.points))  # d has no part along the director
+    K = shell_stiffness(mesh, young, nu, e).toarray()[np.ix_(keep, keep)]
+    values = scipy.linalg.eigh(K, np.diag(mass[keep]), eigvals_only=True, subset_by_index=[0, 11])
+    assert np.abs(values[:6]).max() < 1e-8 * values[6]
+    assert np.sqrt(values[6:]) == pytest.approx(ritz.free_frequencies(e), rel=0.04)
+
+
 def test_picture(tmp_path):
     from taichi_sph.render.modes import draw
-
-    from taichi_sph.model.mesh import plate
 
     mesh = plate(0.01, 0.01, 0.0025, "triangle")
     X = mesh.points[:, :2] / 0.01
