@@ -23,6 +23,8 @@ from ..model.fluid import NARROWEST, WIDEST
 from ..numerics.kernel import w2_slope
 from ..runtime import ti
 
+VECTOR = ti.types.vector(3, ti.f64)
+
 
 @ti.data_oriented
 class FluidPairs:
@@ -34,19 +36,19 @@ class FluidPairs:
         self.p, self.near, self.water = p, near, water
         self.tait = water.gamma > 0
         self.cut = water.least > -1e300
-        self.gravity, self.origin = ti.Vector([*gravity], float), ti.Vector([*origin], ti.f64)
+        self.gravity, self.origin = ti.Vector([*gravity], ti.f64), ti.Vector([*origin], ti.f64)
 
     def pack(self, dt: float) -> None:
         """Records of the particles at the positions now, dt after the last pass; with the pressure that will act."""
         w = self.water
-        _pack(self, self.p.n, dt, w.stiffness, w.gamma, w.least)
+        _pack(self, self.p.n, self.origin, dt, w.stiffness, w.gamma, w.least)
 
     def act(self, dt_before: float, dt: float) -> None:
         """force, rate, s; books what viscosity, diffusion and lag take."""
         w, d = self.water, self.p.spacing
         h = w.support * d
         diffusion = 2.0 * w.delta * h / (w.density * w.sound)
-        _act(self, self.p.n, dt_before, dt, w.stiffness, w.gamma, w.least, w.density, d, 0.5 / h,
+        _act(self, self.near.near, self.p.n, self.near.width, self.gravity, dt_before, dt, w.stiffness, w.gamma, w.least, w.density, d, 0.5 / h,
              w.alpha * w.density * w.sound * h, w.beta * w.density * h * h, 0.01 * h * h, diffusion)  # fmt: skip
 
     @ti.func
@@ -60,11 +62,11 @@ class FluidPairs:
 
 
 @ti.kernel
-def _pack(t: ti.template(), n: ti.i32, dt: float, stiffness: float, gamma: float, least: float):
+def _pack(t: ti.template(), n: ti.i32, origin: VECTOR, dt: float, stiffness: float, gamma: float, least: float):
     for i in range(n):
         s = t.p.s[i] + dt * (2.0 * t.p.rate[i] - t.p.rate_before[i])
         size = ti.min(ti.max((1.0 + ti.max(s, -0.9)) ** (-1.0 / 3.0), NARROWEST), WIDEST)
-        x = t.p.x[i] - t.origin
+        x = t.p.x[i] - origin
         v = t.p.v[i]
         for c in ti.static(range(3)):
             t.p.pair[i][c] = ti.cast(x[c], float)
@@ -75,7 +77,7 @@ def _pack(t: ti.template(), n: ti.i32, dt: float, stiffness: float, gamma: float
 
 @ti.kernel
 def _act(
-    t: ti.template(), n: ti.i32, dt_before: float, dt: float, stiffness: float, gamma: float, least: float, density: float,
+    t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32, gravity: VECTOR, dt_before: float, dt: float, stiffness: float, gamma: float, least: float, density: float,
     spacing: float, inverse_0: float, linear: float, quadratic: float, eps2: float, diffusion: float,
 ):  # fmt: skip
     for i in range(n):
@@ -83,10 +85,10 @@ def _act(
         D, p = a[3], a[7]
         f0, f1, f2 = D * 0.0, D * 0.0, D * 0.0
         div, spread, power = D * 0.0, D * 0.0, D * 0.0
-        g = density * t.gravity
-        first = i * t.near.width
+        g = density * ti.cast(gravity, float)
+        first = i * width
         for m in range(first, first + t.near.number[i]):
-            j = t.near.near[m]
+            j = near[m]
             b = t.p.pair[j]
             x0, x1, x2 = a[0] - b[0], a[1] - b[1], a[2] - b[2]
             square = x0 * x0 + x1 * x1 + x2 * x2
@@ -105,12 +107,12 @@ def _act(
             f1 -= f * x1
             f2 -= f * x2
         V = D * D * D
-        t.p.force[i] = V * ti.Vector([f0, f1, f2]) + t.p.mass[i] * t.gravity
+        t.p.force[i] = V * ti.Vector([f0, f1, f2]) + t.p.mass[i] * ti.cast(gravity, float)
         before = t.p.s[i]
         mean = 1.0 + before + 0.5 * dt_before * t.p.rate[i]
         spread *= diffusion
-        rate = spread - mean * div
-        now = before + dt_before * rate
+        rate = -mean * div  # extrapolated with the diffusion it would be stable only up to kappa dt = 2/7, not 2
+        now = before + dt_before * (rate + spread)
         was, there = t.pressure(stiffness, gamma, least, before), t.pressure(stiffness, gamma, least, now)
         t.p.lag[i] += 0.5 * V * dt_before * div * (t.p.missed[i] + there - p)
         t.p.diffused[i] -= 0.5 * V * dt_before * spread / mean * (was + there)

@@ -26,14 +26,15 @@ class Neighbours:
     number (N,) i32 of neighbours, the point itself included; near: those of point i from i * width on.
     """
 
-    def __init__(self, name: str, x, n: int, reach: float, box: np.ndarray):
-        """box (2, 3) [m]: where the points are at first; it only sets how many cells there are."""
+    def __init__(self, name: str, x, n: int, reach: float, spacing: float, box: np.ndarray):
+        """spacing [m]: so far apart points usually are; box (2, 3) [m]: where they are at first. Both only set sizes."""
         self.name, self.x, self.n = name, x, n
         self.reach = reach
         sides = np.ceil((box[1] - box[0]) / (0.5 * reach)).astype(int) + WIDE + 1
         while sides.prod() > max(4 * n, 1000):
             sides[sides.argmax()] = max(WIDE + 1, sides.max() // 2)
-        self.sides = ti.Vector([int(s) for s in sides], ti.i32)
+        self.sides = runtime.new(f"{name}.sides", 3, dtype="i32")
+        runtime.put(self.sides, sides.astype(np.int32))
         self.cells = int(sides.prod())
         self.start = runtime.new(f"{name}.start", self.cells + 2, dtype="i32")
         self.source = runtime.new(f"{name}.source", n, dtype="i32")  # where each point stood before the sort
@@ -41,7 +42,7 @@ class Neighbours:
         self.built = runtime.new(f"{name}.built", n, 3, "f64")  # m, x when the lists were built
         self.blocks = -(-n // BLOCK)
         self.extreme = runtime.new(f"{name}.extreme", self.blocks, 8, "f64")
-        self.width = 0
+        self._widen(4.19 * (reach / spacing) ** 3)
 
     def order(self) -> None:
         """`source`: the points' numbers sorted by cell, the order within a cell kept. The owner then moves them."""
@@ -49,13 +50,11 @@ class Neighbours:
 
     def list(self) -> None:
         """The lists of points that stand in the order of `order`."""
-        if self.width == 0:
-            self._widen(self._count())
-        _build(self, self.n, 2.0 / self.reach, self.reach, self.width)
+        _build(self, self.near, self.n, 2.0 / self.reach, self.reach, self.width)
         most = int(runtime.get(self.number, self.n).max())
         if most > self.width:
             self._widen(most)
-            _build(self, self.n, 2.0 / self.reach, self.reach, self.width)
+            _build(self, self.near, self.n, 2.0 / self.reach, self.reach, self.width)
 
     def moved(self) -> tuple[float, float]:
         """How far two points can have moved relative to each other, and one at most, since the lists were built [m]."""
@@ -64,13 +63,9 @@ class Neighbours:
         low, high = e[:, :3].min(axis=0), e[:, 3:6].max(axis=0)
         return float(np.linalg.norm(high - low)), float(math.sqrt(e[:, 6].max()))
 
-    def _count(self) -> int:
-        _build(self, self.n, 2.0 / self.reach, self.reach, 0)
-        return int(runtime.get(self.number, self.n).max())
-
-    def _widen(self, most: int) -> None:
+    def _widen(self, most: float) -> None:
         """Room for `most` neighbours and a quarter more (the field before it, if any, is lost to this run)."""
-        self.width = (most * 5 // 4 + 7) // 8 * 8
+        self.width = math.ceil(1.25 * most / 8) * 8
         self.near = runtime.new(f"{self.name}.near", self.n * self.width, dtype="i32")
 
     @ti.func
@@ -110,41 +105,26 @@ def _sort(nb: ti.template(), n: ti.i32, cells: ti.i32, inverse: ti.f64):
 
 
 @ti.kernel
-def _build(nb: ti.template(), n: ti.i32, inverse: ti.f64, reach: ti.f64, width: ti.i32):
+def _build(nb: ti.template(), near: ti.template(), n: ti.i32, inverse: ti.f64, reach: ti.f64, width: ti.i32):
     for i in range(n):
         x = nb.x[i]
         nb.built[i] = x
         home = nb.cell(x, inverse)
+        first, last = nb.wrap(home[0] - 2, 0), nb.wrap(home[0] + 2, 0)
         k = 0
-        for dy, dz in ti.ndrange((-2, 3), (-2, 3)):
-            # the nearest that the row comes to x, and what that leaves of the reach along x
-            y0, z0 = (home[1] + dy) / inverse, (home[2] + dz) / inverse
-            gap_y = ti.max(y0 - x[1], x[1] - y0 - 1.0 / inverse, 0.0)
-            gap_z = ti.max(z0 - x[2], x[2] - z0 - 1.0 / inverse, 0.0)
-            left = reach * reach - gap_y * gap_y - gap_z * gap_z
-            if left > 0.0:
-                half = ti.sqrt(left)
-                first = nb.wrap(ti.cast(ti.floor((x[0] - half) * inverse), ti.i32), 0)
-                last = nb.wrap(ti.cast(ti.floor((x[0] + half) * inverse), ti.i32), 0)
+        for dz in range(-2, 3):
+            for dy in range(-2, 3):
                 row = nb.row(home[1] + dy, home[2] + dz)
-                stop = nb.start[row + last + 1]
-                pause = stop  # a row that wraps round has a second piece
-                again = stop
-                if first > last:
-                    pause = nb.start[row + nb.sides[0]]
-                    again = nb.start[row]
-                j = nb.start[row + first]
-                end = pause
-                for piece in range(2):
-                    if piece == 1:
-                        j = again
-                        end = stop
-                    while j < end:
-                        if (nb.x[j] - x).norm_sqr() < reach * reach:
-                            if k < width:
-                                nb.near[i * width + k] = j
-                            k += 1
-                        j += 1
+                start, stop = nb.start[row + first], nb.start[row + last + 1]
+                # each candidate is written and only a hit is kept: no branch to mispredict
+                if first > last:  # the row wraps round: its other piece
+                    for j in range(nb.start[row], stop):
+                        near[i * width + ti.min(k, width - 1)] = j
+                        k += ti.select((nb.x[j] - x).norm_sqr() < reach * reach, 1, 0)
+                    stop = nb.start[row + nb.sides[0]]
+                for j in range(start, stop):
+                    near[i * width + ti.min(k, width - 1)] = j
+                    k += ti.select((nb.x[j] - x).norm_sqr() < reach * reach, 1, 0)
         nb.number[i] = k
 
 

@@ -1,0 +1,122 @@
+"""Kick, walls and drift of a fluid, and its sums."""
+
+import numpy as np
+
+from .. import runtime
+from ..laws import eos_acoustic, eos_tait
+from ..numerics.reduce import BLOCK
+from ..runtime import ti
+
+
+@ti.data_oriented
+class Walls:
+    """Rigid planes: point, unit normal towards the fluid, hole (radius 0: none)."""
+
+    def __init__(self, name: str, walls):
+        self.n = len(walls)
+        self.point = runtime.new(f"{name}.wall_point", self.n, 3, "f64")
+        self.normal = runtime.new(f"{name}.wall_normal", self.n, 3, "f64")
+        self.centre = runtime.new(f"{name}.hole_centre", self.n, 3, "f64")
+        self.radius = runtime.new(f"{name}.hole_radius", self.n, dtype="f64")
+        for k, wall in enumerate(walls):
+            self.point[k] = wall.point
+            self.normal[k] = np.asarray(wall.normal, float) / np.linalg.norm(wall.normal)
+            if wall.hole is not None:
+                self.centre[k] = wall.hole.centre
+                self.radius[k] = wall.hole.radius
+
+    @ti.func
+    def least_speed(self, k, x, reach, dt):
+        """Smallest velocity along the normal of wall k that a particle at x may have over dt; -inf where it is free."""
+        result = -ti.math.inf
+        normal = self.normal[k]
+        gap = (x - self.point[k]).dot(normal) - reach
+        blocked = 1
+        if self.radius[k] > 0.0:
+            across = x - self.centre[k]
+            across -= across.dot(normal) * normal
+            if across.norm() < self.radius[k] or gap < -2.0 * reach:
+                blocked = 0  # over the hole, or on the other side
+        if blocked == 1:
+            result = -ti.max(gap, 0.0) / dt
+        return result
+
+
+@ti.kernel
+def drift(p: ti.template(), walls: ti.template(), n: ti.i32, dt_before: float, dt: float, spacing: float, pushed: ti.i32):
+    kick = 0.5 * (dt_before + dt)
+    for i in range(n):
+        before = p.v[i]
+        push = before * 0.0  # all that acts from outside
+        if pushed == 1:
+            push = p.push[i]
+        after = before + kick / p.mass[i] * (p.force[i] + push)
+        for k in range(walls.n):
+            least = walls.least_speed(k, p.x[i], 0.5 * ti.cast(spacing, ti.f64), ti.cast(dt, ti.f64))
+            normal = ti.cast(walls.normal[k], float)
+            short = ti.cast(least, float) - after.dot(normal)
+            if short > 0.0:
+                after += short * normal
+                push += p.mass[i] / kick * short * normal
+        if any(push != 0.0) or p.ahead[i] != 0.0:
+            p.work[i] += p.ahead[i] + ti.cast(0.5 * dt_before * push.dot(before), ti.f64)
+            p.ahead[i] = ti.cast(0.5 * dt * push.dot(after), ti.f64)
+        p.v[i] = after
+        p.x[i] += ti.cast(dt, ti.f64) * ti.cast(after, ti.f64)
+        if dt_before == 0.0:
+            before = 2.0 * before - after  # v_0 was given at t = 0: this is the half step before it
+        p.kinetic[i] = 0.5 * p.mass[i] * before.dot(after)
+
+
+def fastest(p, reducer) -> float:
+    """Largest speed [m/s]; inf when one is not finite."""
+    blocks = -(-p.n // BLOCK)
+    _fastest(reducer.partial, p, p.n, blocks)
+    return float(runtime.get(reducer.partial, blocks).max())
+
+
+def stored_energy(pairs, reducer) -> float:
+    """Energy of compression [J]."""
+    w, p = pairs.water, pairs.p
+    blocks = -(-p.n // BLOCK)
+    _stored(reducer.partial, pairs, p.n, blocks, w.stiffness, w.gamma, w.least, w.sound**2, w.density)
+    return float(np.sum(runtime.get(reducer.partial, blocks)))
+
+
+@ti.kernel
+def _fastest(partial: ti.template(), p: ti.template(), n: ti.i32, blocks: ti.i32):
+    for b in range(blocks):
+        worst = ti.cast(0.0, ti.f64)
+        for i in range(b * BLOCK, ti.min(n, (b + 1) * BLOCK)):
+            v = ti.cast(p.v[i].norm(), ti.f64)
+            if not (v <= worst):  # also true for nan
+                worst = v
+                if not (v < ti.math.inf):
+                    worst = ti.math.inf
+                    break
+        partial[b] = worst
+
+
+@ti.kernel
+def _stored(
+    partial: ti.template(), t: ti.template(), n: ti.i32, blocks: ti.i32, stiffness: ti.f64, gamma: ti.f64, least: ti.f64,
+    sound2: ti.f64, density: ti.f64,
+):  # fmt: skip
+    for b in range(blocks):
+        total = ti.cast(0.0, ti.f64)
+        for i in range(b * BLOCK, ti.min(n, (b + 1) * BLOCK)):
+            s = ti.cast(t.p.s[i], ti.f64)
+            beyond = ti.cast(0.0, ti.f64)
+            if ti.static(t.cut):
+                # below the compression of p_min the pressure stays
+                bottom = eos_acoustic.compression(stiffness, gamma, least)
+                if ti.static(t.tait):
+                    bottom = eos_tait.compression(stiffness, gamma, least)
+                if s < bottom:
+                    beyond = least / density * (1.0 / (1.0 + bottom) - 1.0 / (1.0 + s))
+                    s = bottom
+            e = eos_acoustic.energy(gamma, s)
+            if ti.static(t.tait):
+                e = eos_tait.energy(gamma, s)
+            total += ti.cast(t.p.mass[i], ti.f64) * (sound2 * e + beyond)
+        partial[b] = total
