@@ -21,6 +21,11 @@ N_i; zero where flat): it turns with the director, so a rigid motion feels nothi
 part t_i across N_i as well, near a corner between two walls; that one is written as a sum of nodes, t_i = sum_j b_ij
 X_j, and turns with them: - sum_j b_ij u_j. Quadratic fields feel nothing either. Edges and residuals are rows of one sparse operator: the step gathers twice and never scatters.
 
+Around a metal the residual yields too: with q^2 = 2 x energy, force and energy are those of q = |r|_k - rho, 0 <= q <= q_y,
+where the slip rho grows while q stays at q_y = sqrt(k_t) D sigma_y (1 - nu^2) / E, the pull of a residual of one yield
+strain over one spacing, and follows |r|_k down when r shrinks. Elastic, it would store far more than the cells do wherever
+they have flowed. The force stays along r, so momenta are kept, and q_y d rho is booked as plastic.
+
 Transverse shear is bounded in thin shells, G_s = k G e / (1 + alpha (D/e)^2) with k = 5/6: the error is O(D^2),
 of the order of the discretisation itself, and nothing changes where e > D (docs/method.md).
 """
@@ -87,6 +92,12 @@ class Galerkin:
         scale = settings.stabilisation * mesh.node_areas / local**2
         runtime.put(self.stiffness, membrane * scale)
         runtime.put(self.integrity, np.ones(n))
+        if material.yields:
+            # sqrt(J) for u and for d: q now, and the slip rho
+            self.slip = runtime.new("galerkin.slip", n, 4)
+            self.slipped = runtime.new("galerkin.slipped", n)  # J, taken from the residuals by slip
+            self.reach = runtime.new("galerkin.reach", n)  # sqrt(J)/Pa, q_y over sigma_y
+            runtime.put(self.reach, np.sqrt(membrane * scale) * local * (1.0 - nu**2) / young)
         if self.bends:
             self.edge_d = runtime.new("edges.d", self.n_edges, 3)  # mean director change
             self.row_couple = runtime.new("galerkin.row_couple", self.n_edges + n, 3)  # N m
@@ -165,11 +176,15 @@ class Galerkin:
 
     def dissipated(self, reducer) -> float:
         """What plastic flow took from the residuals [J]."""
-        return 0.0
+        return reducer.total(self.slipped, self.nodes.n) if self.material.yields else 0.0
 
     def state(self) -> dict[str, np.ndarray]:
         n = self.nodes.n
+        slip = {}
+        if self.material.yields:
+            slip = {"galerkin.slip": runtime.get(self.slip, n), "galerkin.slipped": runtime.get(self.slipped, n)}
         return {
+            **slip,
             "galerkin.integrity": runtime.get(self.integrity, n),
             "galerkin.residual": runtime.get(self.residual, n),
             "galerkin.residual_lost": runtime.get(self.residual_lost, n),
@@ -180,6 +195,9 @@ class Galerkin:
         runtime.put(self.integrity, state["galerkin.integrity"])
         runtime.put(self.residual, state["galerkin.residual"])
         runtime.put(self.residual_lost, state["galerkin.residual_lost"])
+        if self.material.yields:
+            runtime.put(self.slip, state["galerkin.slip"])
+            runtime.put(self.slipped, state["galerkin.slipped"])
         self.rows.restore(state)
         if self.bends:
             references(self, self.n_edges, self.cells.n, self.nodes.n)
@@ -202,13 +220,45 @@ def _row_sums(term: ti.template(), r):
 
 
 @ti.func
+def _slip(term: ti.template(), i, norm, norm_d, charge):
+    """(force over elastic force, the same of the director, energy [J]) of the residual of node i, whose elastic energy
+    would be 1/2 (norm^2 + norm_d^2); charge = 0 after a rupture, when it jumps: then the force is kept."""
+    limit, alive = norm * 0.0, 0
+    for m in range(term.cells.start_of_node[i], term.cells.start_of_node[i + 1]):
+        s = term.cells.of_node[m]
+        if term.cells.broken[s] == 0:
+            limit += term.cells.limit[s]
+            alive += 1
+    limit *= term.reach[i] / ti.max(alive, 1)
+    before = term.slip[i]
+    after = before
+    factor = ti.Vector([0.0 * norm, 0.0 * norm])
+    norms = ti.Vector([norm, norm_d])
+    energy = norm * 0.0
+    taken = norm * 0.0
+    for c in ti.static(range(2)):
+        q = ti.min(ti.max(norms[c] - before[2 + c], 0.0), limit)
+        if charge == 0:
+            q = ti.min(before[c], norms[c])
+        after[c], after[2 + c] = q, norms[c] - q
+        energy += 0.5 * q * q
+        taken += 0.5 * (before[c] + q) * (after[2 + c] - before[2 + c])
+        if norms[c] > 0.0:
+            factor[c] = q / norms[c]
+    if charge == 1:
+        term.slipped[i] += term.integrity[i] * taken
+    term.slip[i] = after
+    return factor[0], factor[1], energy
+
+
+@ti.func
 def _residual(term: ti.template(), i, r, intact, charge):
     """Residual forces of node i, whose stiffness follows the damage of the cells around it."""
     rest, rest_d = _row_sums(term, r)
     k = term.stiffness[i]
     pull = k * rest
     pull_d = rest_d
-    own = rest_d
+    own, own_d = rest_d * 0.0, rest_d * 0.0
     if ti.static(term.bends):
         d = term.nodes.d[i]
         n = term.nodes.N[i] + d
@@ -221,10 +271,19 @@ def _residual(term: ti.template(), i, r, intact, charge):
         across = (term.stiffness_n[i] - k) * rest.dot(n)
         pull = k * rest + across * n
         pull_d = term.stiffness_d[i] * rest_d
-        own = c * pull - across * rest + c_d * pull_d
-    energy = 0.5 * rest.dot(pull)
+        own, own_d = c * pull - across * rest, c_d * pull_d
+    twice, twice_d = rest.dot(pull), k * 0.0
     if ti.static(term.bends):
-        energy += 0.5 * rest_d.dot(pull_d)
+        twice_d = rest_d.dot(pull_d)
+    energy = 0.5 * (twice + twice_d)
+    if ti.static(term.material.yields):
+        if intact == 0:
+            f, f_d, left = _slip(term, i, ti.sqrt(twice), ti.sqrt(twice_d), charge)
+            energy = left
+            pull *= f
+            own *= f
+            pull_d *= f_d
+            own_d *= f_d
     kept = energy * 0.0 + 1.0
     if ti.static(term.material.damages):
         if intact == 0:
@@ -246,7 +305,7 @@ def _residual(term: ti.template(), i, r, intact, charge):
     term.row_force[r] = -kept * pull
     if ti.static(term.bends):
         term.row_couple[r] = -kept * pull_d
-        term.own_couple[i] = kept * own
+        term.own_couple[i] = kept * (own + own_d)
 
 
 @ti.func

@@ -216,6 +216,8 @@ def _section(cells: ti.template(), material: ti.template(), s, d: ti.template(),
                 if ti.static(material.damages):
                     cells.hardening[s] = lam + (1.0 - D_0) * dp
                 cells.flow[s] = flow / factor
+                if ti.static(material.rated):
+                    cells.limit[s] = flow
     if dt > 0.0:
         volume = material.thickness[0] * cells.area[s]
         D_1 = D_0
@@ -252,7 +254,7 @@ def _layered(cells: ti.template(), material: ti.template(), s, d: ti.template(),
     volume = material.thickness[0] * cells.area[s]
     result = cells.stress[s] * 0.0
     zero = young * 0.0
-    p_mean, flow_mean, D_mean, mean_0, mean_1, lost, dissipated = zero, zero, zero, zero, zero, zero, zero
+    p_mean, flow_mean, limit, D_mean, mean_0, mean_1, lost, dissipated = zero, zero, zero, zero, zero, zero, zero, zero
     for l in range(L):
         q = s * L + l
         zeta, w = material.zeta[l], material.weight[l]
@@ -282,6 +284,7 @@ def _layered(cells: ti.template(), material: ti.template(), s, d: ti.template(),
                 state[0] += dp
                 state[1] += (1.0 - D_0) * dp
                 state[2] = flow / factor
+                limit += w * (flow - state[2])
         D_1 = D_0
         if ti.static(material.damages):
             if dt > 0.0 and not _spared(cells, s):
@@ -313,6 +316,8 @@ def _layered(cells: ti.template(), material: ti.template(), s, d: ti.template(),
         cells.stress[s] = result
         cells.plastic[s] = p_mean
         cells.flow[s] = flow_mean
+        if ti.static(material.rated):
+            cells.limit[s] = ti.max(cells.limit[s], flow_mean + limit)
         cells.dissipated[s] += volume * dissipated
         if ti.static(material.damages):
             cells.damage[s] = D_mean

@@ -116,6 +116,11 @@ class Cells:
         self.dissipated = runtime.new("cells.dissipated", n)  # J, taken by plastic flow so far
         runtime.put(self.flow, np.full(n, material.first))
         names = ["stress", "plastic", "flow", "dissipated"]
+        self.limit = self.flow  # Pa, yield stress at the rate of the last yielding
+        if material.rated:
+            self.limit = runtime.new("cells.limit", n)
+            runtime.put(self.limit, np.full(n, material.first))
+            names.append("limit")
         if material.layers:
             self.layer_stress = runtime.new("cells.layer_stress", n * material.layers, 3)  # Pa, effective
             self.layer = runtime.new("cells.layer", n * material.layers, 6)  # p, lambda, flow, rate, D, D_r

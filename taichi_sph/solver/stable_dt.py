@@ -6,12 +6,13 @@ below; its own error bound (the residual of the Ritz pair) is added, so the step
 collocation form is not symmetric: the largest |lambda| counts.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from .. import runtime
+from ..numerics.reduce import BLOCK
+from ..runtime import ti
 
+ROOM = 1.05  # frequency that a metal is given beyond what it needs, while it is compressed further
 AGAIN = 6  # iterations of such a look, from the mode found before
 
 STRAIN = {"f64": 1e-7, "f32": 1e-4}  # of the probing displacement
@@ -22,7 +23,9 @@ class StableStep:
     renew the operator near the crack. dt never grows again.
 
     A shell that is stretched gets stiffer: along a stretch l, the force S(E) l has the tangent (3 l^2 - 1) / 2 =
-    1 + 3 E times that at rest.
+    1 + 3 E times that at rest. A metal, whose stress follows the logarithmic strain (forces/metal.py), gets stiffer where
+    it is compressed: E e_0 / l^2 in the plane, and its directors (e / e_0)^2 times as much, e / e_0 = 1 / det U; it may
+    change by percents in a step, so it is looked at every few steps and given more room.
     """
 
     def __init__(self, sim):
@@ -30,6 +33,11 @@ class StableStep:
         self.safety = sim.scene.numerics.time_step_safety
         self.frequency, self.mode = largest_frequency(sim)
         self.stiffer = 1.0  # frequency over that at rest
+        self.look_every = sim.internal.look_every
+        if sim.material.yields:
+            self.stiffer, self.look_every = ROOM, 10
+            self.blocks = -(-sim.cells.n // BLOCK)
+            self.partial = runtime.new("stable.partial", self.blocks, dtype="f64")
         self.events, self.looked = sim.rupture.events, 0
 
     @property
@@ -40,6 +48,13 @@ class StableStep:
     def _stretched(self) -> bool:
         """Whether sound cells are stretched beyond what the step allows for: then it is shortened, with some room."""
         cells = self.sim.cells
+        if self.sim.material.yields:
+            _stiffest(self.partial, cells, self.sim.material, cells.n, self.blocks)
+            needed = max(1.0, float(np.sqrt(runtime.get(self.partial, self.blocks).max())))
+            if 0.7 * self.stiffer < needed < 1.02 * self.stiffer or not needed < np.inf:
+                return False
+            self.stiffer = ROOM * needed  # less than before once what was crushed has broken off
+            return True
         g = runtime.get(cells.strain, cells.n)[:, :3].astype(np.float64)
         kept = np.where(runtime.get(cells.broken, cells.n) == 0, 1.0 - runtime.get(cells.delayed, cells.n), 0.0)
         largest = 0.5 * (g[:, 0] + g[:, 1]) + 0.5 * np.hypot(g[:, 0] - g[:, 1], g[:, 2])
@@ -52,7 +67,7 @@ class StableStep:
     def watch(self) -> bool:
         """Look again when something broke or is stretched; True when the step has to be shortened."""
         sim = self.sim
-        if sim.step % sim.internal.look_every == 0 and self._stretched():
+        if sim.step % self.look_every == 0 and self._stretched():
             return True
         if sim.rupture.events == self.events or sim.step - self.looked < sim.internal.look_every:
             return False
@@ -159,3 +174,20 @@ def largest_frequency(sim, iterations: int = 40, start: np.ndarray | None = None
     ritz = sum(c * b for c, b in zip(vectors[:, top].real, basis))
     operator.close()
     return float(np.sqrt(abs(values[top]) + bound)), ritz
+
+
+@ti.kernel
+def _stiffest(partial: ti.template(), cells: ti.template(), material: ti.template(), n: ti.i32, blocks: ti.i32):
+    """Largest (omega / omega at rest)^2 of the live cells of a metal, block by block."""
+    for b in range(blocks):
+        most = ti.cast(0.0, ti.f64)
+        for s in range(b * BLOCK, ti.min(n, (b + 1) * BLOCK)):
+            if cells.broken[s] == 0:
+                g = ti.cast(cells.strain[s], ti.f64)
+                middle, radius = 1.0 + g[0] + g[1], ti.sqrt((g[0] - g[1]) ** 2 + g[2] * g[2])
+                least = ti.max(middle - radius, 1e-6)
+                stiffer = 1.0 / least
+                if ti.static(material.bends):
+                    stiffer = ti.max(stiffer, stiffer / (least * ti.max(middle + radius, 1e-6)))
+                most = ti.max(most, (1.0 - ti.cast(cells.delayed[s], ti.f64)) * stiffer)
+        partial[b] = most
