@@ -47,6 +47,7 @@ class SimulationLike(Protocol):
     def advance_to(self, time: float) -> None: ...
     def probes(self) -> dict[str, dict[str, float]]: ...
     def tracks(self) -> dict[str, dict[str, float]]: ...
+    def contact_report(self) -> dict[str, float] | None: ...
     def frame(self) -> Any: ...
     def energies(self) -> dict[str, float]: ...
     def status(self) -> dict[str, Any]: ...
@@ -367,11 +368,15 @@ class _Session:
         how = {"command": c.command, "arch": self.arch, "threads": c.threads, "steps": sim.step, "seconds": c.seconds}
         write_record(self.out, self.scene, state=sim.state(), **how)
         with RunFolder(self.out) as folder:
-            summary = write_summary(folder, nodes=sim.n_nodes, stress_points=sim.stress_points, **how)
+            summary = write_summary(
+                folder, nodes=sim.n_nodes, stress_points=sim.stress_points, contact=sim.contact_report(), **how
+            )
             lines = answer(folder, summary)
         if c.advance > 1.0:  # shorter ones measure the start
             speed.remember(self.scene, self.arch, summary["node_steps_per_second"])
         drawn = draw(self.out, self.progress) if pictures else []
+        if "contact" in summary:
+            lines = [*lines, contact_text(summary["contact"])]
         for line in ("", *lines, ""):
             self.progress.say(line)
         self.progress.say(f"written: {self.out}{os.sep} with {SUMMARY_FILE}, record.json, histories, frames (for ParaView)")
@@ -379,8 +384,19 @@ class _Session:
             self.progress.say(f"picture: {path}")
 
 
-def draw(out: Path, progress: Progress | None = None) -> list[Path]:
-    """Pictures of a run, from its files; without the drawing packages a line that says how to get them."""
+def contact_text(contact: dict[str, float]) -> str:
+    """One line on how contact was solved and what it cost."""
+    text = (
+        f"contact: {contact['iterations_per_step']:.1f} iterations a step, {100 * contact['share']:.0f} % of the time; deepest "
+        f"penetration {show(contact['penetration'], 'm')}"
+    )
+    if contact["unsolved"]:
+        text += f"; {contact['unsolved']:.0f} of {contact['solves']:.0f} steps ended above the tolerance"
+    return text
+
+
+def draw(out: Path, progress: Progress | None = None, movie: bool = False) -> list[Path]:
+    """Pictures of a run, from its files, or its movie alone; without the drawing packages a line that says how to get them."""
     from .output.folder import RunFolder
 
     progress = progress or Progress()
@@ -390,7 +406,7 @@ def draw(out: Path, progress: Progress | None = None) -> list[Path]:
         return []
     from .render import render_run
 
-    return render_run(out, progress.say)
+    return render_run(out, progress.say, movie)
 
 
 def can_draw(progress: Progress) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 
 from .. import runtime
 from ..forces.loads import history
-from ..model.rigid import free_twist, spun
+from ..model.rigid import free_velocity, spin_of, spun
 from ..runtime import ti
 
 
@@ -130,7 +130,7 @@ def velocity_before(bodies: ti.template(), p, arm):
     if ti.static(bodies.has_rigids):
         if p >= bodies.ns + bodies.nf:
             r = p - bodies.ns - bodies.nf
-            v = bodies.rigids.v[r] + bodies.rigids.omega[r].cross(arm)
+            v = bodies.rigids.v[r] + spin_of(bodies.rigids, r).cross(arm)
     return v
 
 
@@ -156,8 +156,8 @@ def velocity_free(bodies: ti.template(), p, arm, kick, half_time):
             v = ti.cast(bodies.fluid.v[j] + kick / bodies.fluid.mass[j] * bodies.fluid.force[j], ti.f64)
     if ti.static(bodies.has_rigids):
         if p >= bodies.ns + bodies.nf:
-            linear, omega = free_twist(bodies.rigids, p - bodies.ns - bodies.nf, kick)
-            v = linear + omega.cross(arm)
+            r = p - bodies.ns - bodies.nf
+            v = free_velocity(bodies.rigids, r, kick) + spin_of(bodies.rigids, r).cross(arm)
     return v
 
 
@@ -168,5 +168,6 @@ def mobility(bodies: ti.template(), p, arm, normal):
     result = (w * normal).dot(normal)
     if ti.static(bodies.has_rigids):
         if p >= bodies.ns + bodies.nf:
-            result += spun(bodies.rigids, p - bodies.ns - bodies.nf, arm.cross(normal)).cross(arm).dot(normal)
+            r = p - bodies.ns - bodies.nf
+            result += spun(bodies.rigids, r, bodies.rigids.q[r], arm.cross(normal)).cross(arm).dot(normal)
     return result

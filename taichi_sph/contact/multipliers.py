@@ -21,7 +21,7 @@ import numpy as np
 
 from .. import runtime
 from ..errors import SceneError
-from ..model.rigid import place, spun
+from ..model.rigid import place, spin_of, spun
 from ..runtime import ti
 from ..scene.rigid import PinballContact
 from .bodies import Bodies, inverse_mass, mobility, place_of_node, velocity_before, velocity_free
@@ -193,7 +193,7 @@ def _fastest(bodies: ti.template(), ns: ti.i32, nf: ti.i32, nr: ti.i32) -> ti.f6
             ti.atomic_max(top, bodies.rigids.v[r].norm())
         for p in range(bodies.rigids.n_balls):
             r = bodies.rigids.ball_body[p]
-            ti.atomic_max(top, bodies.rigids.v[r].norm() + bodies.rigids.omega[r].norm() * bodies.rigids.ball_arm[p].norm())
+            ti.atomic_max(top, bodies.rigids.v[r].norm() + spin_of(bodies.rigids, r).norm() * bodies.rigids.ball_arm[p].norm())
     return top
 
 
@@ -325,7 +325,7 @@ def _correct(contact: ti.template(), n_who: ti.i32, extrapolated: ti.i32):
         if ti.static(contact.bodies.has_rigids):
             r = p - contact.bodies.ns - contact.bodies.nf
             if r >= 0:
-                contact.dw[r] = spun(contact.bodies.rigids, r, L)
+                contact.dw[r] = spun(contact.bodies.rigids, r, contact.bodies.rigids.q[r], L)
 
 
 @ti.func

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..scene.schema import Ball, Box
+from ..scene.schema import Ball, Outside, Region
 
 
-def inside(region: Box | Ball, points: np.ndarray) -> np.ndarray:
+def inside(region: Region, points: np.ndarray) -> np.ndarray:
     """(N, 3) reference positions [m] -> (N,) bool. Rounding does not decide: the border is 1e-9 sizes thick."""
     slack = 1e-9 * float(np.ptp(points, axis=0).max(initial=0.0))
+    return ~_inside(region.of, points, -slack) if isinstance(region, Outside) else _inside(region, points, slack)
+
+
+def _inside(region: Region, points: np.ndarray, slack: float) -> np.ndarray:
     if isinstance(region, Ball):
         return np.linalg.norm(points - np.asarray(region.centre), axis=1) <= region.radius + slack
     caught = np.ones(len(points), bool)

@@ -10,7 +10,8 @@ from ..scene.rigid import Rigid
 
 @ti.data_oriented
 class RigidBodies:
-    """State: x, v, q, omega (v and omega at the half step before); force and torque are overwritten each step."""
+    """State: x, v, q, L (v and L at the half step before); force and torque are overwritten each step. Turning is kept as
+    angular momentum in space, which contact alone changes, so that a tumbling body neither gains nor loses any."""
 
     def __init__(self, bodies: tuple[Rigid, ...]):
         self.names = [body.name for body in bodies]
@@ -20,7 +21,7 @@ class RigidBodies:
         self.x = new("rigid.x", n, 3, "f64")  # m, centre of mass
         self.v = new("rigid.v", n, 3, "f64")  # m/s
         self.q = new("rigid.q", n, 4, "f64")  # quaternion (w, x, y, z) from t = 0 to now
-        self.omega = new("rigid.omega", n, 3, "f64")  # rad/s
+        self.L = new("rigid.L", n, 3, "f64")  # kg m2/s, angular momentum about the centre of mass
         self.force = new("rigid.force", n, 3, "f64")  # N, contact
         self.torque = new("rigid.torque", n, 3, "f64")  # N m, about the centre of mass
         self.weight = new("rigid.weight", n, 3, "f64")  # N, gravity
@@ -48,7 +49,7 @@ class RigidBodies:
             axes.append(np.roll(Rotation.from_matrix(vectors).as_quat(), 1))
         runtime.put(self.x, np.array([body.centre for body in bodies]))
         runtime.put(self.v, np.array([body.velocity for body in bodies], float))
-        runtime.put(self.omega, np.array([body.spin for body in bodies], float))
+        runtime.put(self.L, np.array([body.moments @ np.array(body.spin) for body in bodies]))
         runtime.put(self.q, np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)))
         runtime.put(self.mass, np.array([body.mass for body in bodies]))
         runtime.put(self.free, np.array([0.0 if body.held else 1.0 for body in bodies]))
@@ -67,8 +68,18 @@ class RigidBodies:
 
     def history(self) -> dict[str, object]:
         """Fields that are history, with their lengths."""
-        names = ("x", "v", "q", "omega", "force", "torque", "work", "ahead", "kinetic")
+        names = ("x", "v", "q", "L", "force", "torque", "work", "ahead", "kinetic")
         return {f"rigid.{name}": (getattr(self, name), self.n) for name in names}
+
+
+def spins(rigids: RigidBodies) -> np.ndarray:
+    """(n, 3) spins now [rad/s]."""
+    from scipy.spatial.transform import Rotation
+
+    q, axes = (Rotation.from_quat(np.roll(runtime.get(f, rigids.n), -1, axis=1)) for f in (rigids.q, rigids.axes))
+    L, I = runtime.get(rigids.L, rigids.n), runtime.get(rigids.moments, rigids.n)
+    pose = q * axes
+    return pose.apply(pose.apply(L, inverse=True) / I) * runtime.get(rigids.free, rigids.n)[:, None]
 
 
 @ti.func
@@ -95,29 +106,35 @@ def back(q):
 
 
 @ti.func
-def spun(rigids: ti.template(), r, torque):
-    """I^-1 torque in space [rad/s2], for body r as it lies now; 0 where it is held."""
-    pose = product(rigids.q[r], rigids.axes[r])
-    a = turned(back(pose), torque)
+def spun(rigids: ti.template(), r, q, L):
+    """I^-1 L in space: the spin [rad/s] of body r in the pose q by an angular momentum L; 0 where it is held."""
+    pose = product(q, rigids.axes[r])
+    a = turned(back(pose), L)
     I = rigids.moments[r]
     return rigids.free[r] * turned(pose, ti.Vector([a[0] / I[0], a[1] / I[1], a[2] / I[2]]))
 
 
 @ti.func
-def momentum_of_spin(rigids: ti.template(), r, omega):
-    """I omega in space [kg m2/s], as the body lies now."""
-    pose = product(rigids.q[r], rigids.axes[r])
-    a = turned(back(pose), omega)
-    I = rigids.moments[r]
-    return turned(pose, ti.Vector([a[0] * I[0], a[1] * I[1], a[2] * I[2]]))
+def spin_of(rigids: ti.template(), r):
+    """Spin at the half step before, as the body lies now [rad/s]; without contact also that at the half step to come."""
+    return spun(rigids, r, rigids.q[r], rigids.L[r])
 
 
 @ti.func
-def free_twist(rigids: ti.template(), r, kick):
-    """(v, omega) at the next half step without contact: gravity, and Euler's gyroscopic torque."""
-    omega = rigids.omega[r]
-    v = rigids.v[r] + rigids.free[r] * kick / rigids.mass[r] * rigids.weight[r]
-    return v, omega - kick * spun(rigids, r, omega.cross(momentum_of_spin(rigids, r, omega)))
+def free_velocity(rigids: ti.template(), r, kick):
+    """Velocity of the centre at the half step to come, without contact [m/s]."""
+    return rigids.v[r] + rigids.free[r] * kick / rigids.mass[r] * rigids.weight[r]
+
+
+@ti.func
+def rolled(q, theta):
+    """The pose q turned further by the vector theta [rad]."""
+    angle = theta.norm()
+    step = ti.Vector([1.0, 0.0, 0.0, 0.0], ti.f64)
+    if angle > 0.0:
+        axis = ti.sin(0.5 * angle) / angle * theta
+        step = ti.Vector([ti.cos(0.5 * angle), axis[0], axis[1], axis[2]])
+    return product(step, q).normalized()
 
 
 @ti.kernel
@@ -133,21 +150,17 @@ def move(rigids: ti.template(), n: ti.i32, dt_before: ti.f64, dt: ti.f64):
     """Kick by the contact found and by gravity, then drift; energies as in solver.step."""
     kick = 0.5 * (dt_before + dt)
     for r in range(n):
-        before, spin_before = rigids.v[r], rigids.omega[r]
-        v, omega = free_twist(rigids, r, kick)
-        v += rigids.free[r] * kick / rigids.mass[r] * rigids.force[r]
-        omega += kick * spun(rigids, r, rigids.torque[r])
+        before, L_before = rigids.v[r], rigids.L[r]
+        v = free_velocity(rigids, r, kick) + rigids.free[r] * kick / rigids.mass[r] * rigids.force[r]
+        L = L_before + rigids.free[r] * kick * rigids.torque[r]
         weight = rigids.free[r] * rigids.weight[r]
         rigids.work[r] += rigids.ahead[r] + 0.5 * dt_before * weight.dot(before)
         rigids.ahead[r] = 0.5 * dt * weight.dot(v)
         if dt_before == 0.0:
-            before, spin_before = 2.0 * before - v, 2.0 * spin_before - omega
-        rigids.kinetic[r] = 0.5 * rigids.mass[r] * before.dot(v) + 0.5 * spin_before.dot(momentum_of_spin(rigids, r, omega))
-        rigids.v[r], rigids.omega[r] = v, omega
+            before, L_before = 2.0 * before - v, 2.0 * L_before - L
+        q = rigids.q[r]
+        rigids.kinetic[r] = 0.5 * rigids.mass[r] * before.dot(v) + 0.5 * L_before.dot(spun(rigids, r, q, L))
+        rigids.v[r], rigids.L[r] = v, L
         rigids.x[r] += dt * v
-        angle = dt * omega.norm()
-        half = ti.Vector([1.0, 0.0, 0.0, 0.0])
-        if angle > 0.0:
-            axis = ti.sin(0.5 * angle) * omega.normalized()
-            half = ti.Vector([ti.cos(0.5 * angle), axis[0], axis[1], axis[2]])
-        rigids.q[r] = product(half, rigids.q[r]).normalized()
+        half_way = rolled(q, 0.5 * dt * spun(rigids, r, q, L))
+        rigids.q[r] = rolled(q, dt * spun(rigids, r, half_way, L))

@@ -85,11 +85,13 @@ def write_summary(
     stress_points: int,
     steps: int,
     seconds: Mapping[str, float],
+    contact: Mapping[str, float] | None = None,
 ) -> dict[str, Any]:
     """Writes histories/crack_tip.csv, histories/fragments.csv and summary.json of a finished run.
 
     seconds: by name, "advance" the time loop without output and compilation. `node_steps_per_second`
-    counts nodes over that time; stress points are not counted.
+    counts nodes over that time; stress points are not counted. contact: what its solver reports (contact.multipliers);
+    its share of the steps is added.
     """
     scene = run.scene
     write_crack_tips(run, scene)
@@ -129,6 +131,7 @@ def write_summary(
         "node_steps_per_second": nodes * steps / advance if advance > 0 else None,
         "B_percent": largest("B_percent"),
         "closed_residual_percent": largest("closed_residual_percent"),
+        **({} if contact is None else {"contact": {**contact, "share": contact["seconds"] / max(advance, 1e-300)}}),
         "quantities": measured(run, scene),
     }
     write_json(run.path / "summary.json", summary)

@@ -20,6 +20,7 @@ from .schema import (
     NodalMoment,
     Numerics,
     Output,
+    Outside,
     Perfect,
     Plate,
     Power,
@@ -47,7 +48,7 @@ from .units import Angle, Density, Dimensionless, Force, Length, Pressure, Speed
 __all__ = [
     "Angle", "CappedTank", "Cylinder", "Disc", "Roof", "SpherePatch",
     "Ball", "Box", "Collocation", "Convergence", "Cut", "Delay", "Density", "Dimensionless", "Force", "Galerkin",
-    "InitialVelocity", "Length", "Material", "Mazars", "MeshFile", "Modes", "NodalForce", "NodalMoment", "Numerics", "Output", "Perfect", "Plate", "Power",
+    "InitialVelocity", "Length", "Material", "Mazars", "MeshFile", "Modes", "NodalForce", "NodalMoment", "Numerics", "Output", "Outside", "Perfect", "Plate", "Power",
     "Pinball", "PinballContact", "Rigid", "PrescribedVelocity", "Pressure", "Probe", "Pulse", "Quality", "Quantity", "Ramp", "Scene", "Shell", "Speed", "Spin",
     "Static", "StepLimit", "SurfacePressure",
     "Step", "Study", "Table", "Time", "Viscosity", "checked", "derive", "ductile", "dump", "load", "load_scene", "material", "materials", "parameters_of", "sentence", "to_si",

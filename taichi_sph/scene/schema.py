@@ -49,7 +49,14 @@ class Ball(Frozen):
     radius: Annotated[Length, Field(gt=0)]
 
 
-Region = Annotated[Box | Ball, *Choice]
+class Outside(Frozen):
+    """Reference points that are not strictly inside `of`: the rim of a disc, the far side of a box."""
+
+    kind: Literal["outside"] = "outside"
+    of: Annotated[Box | Ball, *Choice]
+
+
+Region = Annotated[Box | Ball | Outside, *Choice]
 
 
 # --- bodies -------------------------------------------------------------------------------------

@@ -21,7 +21,7 @@ from ..forces.spin_filter import SpinFilter
 from ..forces.viscosity import PairViscosity
 from ..model.build import build, initial_velocity, node_forces, node_moments, node_motions, rise
 from ..model.cuts import cells_cut
-from ..model.rigid import RigidBodies, place
+from ..model.rigid import RigidBodies, place, spins
 from ..output.frame import BodyFrame, Frame
 from ..scene.rigid import PinballContact
 from ..scene.schema import Scene
@@ -248,6 +248,10 @@ class Simulation:
             found[f"rigid_{name}"] = {f"{k}{axis}": float(values[k][r][c]) for k in fields for c, axis in enumerate("xyz")}
         return found
 
+    def contact_report(self) -> dict[str, float] | None:
+        """How contact was solved; None where there is none."""
+        return None if self.contact is None else self.contact.report()
+
     def frame(self) -> Frame:
         """All bodies now."""
         bodies = []
@@ -261,7 +265,7 @@ class Simulation:
         rigids = self.rigids
         place(rigids, rigids.n_balls)
         x, radius = runtime.get(rigids.ball_x, rigids.n_balls), runtime.get(rigids.ball_radius, rigids.n_balls)
-        centre, v, omega = (runtime.get(f, rigids.n) for f in (rigids.x, rigids.v, rigids.omega))
+        centre, v, omega = runtime.get(rigids.x, rigids.n), runtime.get(rigids.v, rigids.n), spins(rigids)
         frames = []
         for r, name in enumerate(rigids.names):
             own = rigids.balls_of(r)
