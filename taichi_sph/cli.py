@@ -117,12 +117,15 @@ def validate(
 
 
 @app.command()
-def render(folder: RunArgument) -> None:
+def render(
+    folder: RunArgument,
+    movie: Annotated[bool, typer.Option("--movie", help="Draw all frames as one animated GIF instead.")] = False,
+) -> None:
     """Draw the pictures of a finished or interrupted run again, from its files; of a study, the comparison."""
     from . import run as running
     from . import study
 
-    for path in study.draw_study(folder) if (folder / "study.json").is_file() else running.draw(folder):
+    for path in study.draw_study(folder) if (folder / "study.json").is_file() else running.draw(folder, movie=movie):
         typer.echo(path)
 
 

@@ -36,6 +36,7 @@ LENGTHS = ((1.0, "m"), (1e3, "mm"), (1e6, "um"), (1e9, "nm"))
 MOVIE_DPI = 90
 MOVIE_SECONDS = 6.0
 MOVIE_BYTES = 3e6
+COLOURS = 240
 
 
 def _bodies(run: RunFolder, index: int) -> list[BodyFrame]:
@@ -194,11 +195,11 @@ def _subtitle(run: RunFolder, *parts: str) -> str:
     return "   ·   ".join([head, *(p for p in parts if p)])
 
 
-def render_run(folder: Path | str, notice: Callable[[str], None] | None = None, movie: bool | None = None) -> list[Path]:
+def render_run(folder: Path | str, notice: Callable[[str], None] | None = None, movie: bool = False) -> list[Path]:
     """Draws all pictures of a run into DIR/pictures; returns their paths. `notice` is told why VTK is not used.
 
-    `movie` True draws the movie alone; None draws the stills, and a movie too unless the run has several kinds of bodies
-    (those take seconds a frame).
+    `movie` draws the movie alone. Without it a run of shells gets one beside its stills, a run with strikers or water does
+    not: its frames take seconds each.
     """
     backend = choose()
     if backend.notice and notice is not None:
@@ -258,10 +259,10 @@ def _struck(run: RunFolder, backend: Backend) -> list[Path]:
         if len(chosen) > 1:
             strip = struck.strip_page(run, looks, backend, _subtitle(run, *words), chosen)
             paths.append(_save(strip, out / "impact_over_time.png"))
-    elif run.of_kind("fluid"):
+    else:
         chosen = sorted({round(i) for i in np.linspace(0, last, 6)})
-        for field in ("pressure", "speed"):
-            strip = struck.fluid_strip(run, looks, field, backend, chosen, _subtitle(run), DPI)
+        for field in ("pressure", "speed") if run.of_kind("fluid") else ("motion",):
+            strip = struck.free_strip(run, looks, field, backend, chosen, _subtitle(run), DPI)
             paths.append(_save(strip, out / f"{field}_over_time.png"))
     for name, figure in (("strikers", plots.strikers(run)), ("leak", plots.leak(run))):
         if figure is not None:
@@ -293,7 +294,7 @@ def _struck_pages(run: RunFolder, backend: Backend) -> Iterator[Figure]:
     looks, every = struck.looks_of([run]), range(len(_times(run)))
     if not run.of_kind("shell"):
         for index in every:
-            yield struck.fluid_strip(run, looks, "pressure", backend, [index], _subtitle(run, instant(run, index)), MOVIE_DPI)
+            yield struck.free_strip(run, looks, "pressure", backend, [index], _subtitle(run, instant(run, index)), MOVIE_DPI)
         return
     outer = "back" if abs(struck.sides(run).direction @ UPRIGHT) > 0.9 else "front"
     views = struck.views_of(run, every[:: max(1, len(every) // 12)])
@@ -316,7 +317,7 @@ def _movie(figures: Iterator[Figure], path: Path) -> Path:
     wall = Image.new("RGB", (sum(p.width for p in some), some[0].height))
     for number, page in enumerate(some):
         wall.paste(page, (number * page.width, 0))
-    palette = wall.quantize(128)
+    palette = wall.quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE)
     paper = np.array(palette.getpalette()).reshape(-1, 3)
     paper[paper.min(axis=1) > 243] = 255  # the paper stays white; no colour of a look is so light
     palette.putpalette(paper.ravel().tolist())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -20,7 +21,8 @@ from .panel import Look, View, draw, round_down
 
 DPI = 170
 WIDE = 12.0  # inches of the page
-LEFT, RIGHT, TOP, BOTTOM, BETWEEN, NAME, FOOT = 0.3, 1.35, 0.72, 0.12, 0.14, 0.27, 0.26  # inches
+LEFT, RIGHT, TOP, BOTTOM, BETWEEN, NAME, FOOT = 0.3, 1.35, 0.66, 0.12, 0.14, 0.17, 0.26  # inches
+LETTER = 0.086  # inches, the mean width of one in the name of a shot
 TALLEST = 5.2  # inches of a row
 INK, SOFT = "#1d2429", "#5a6670"
 
@@ -69,13 +71,20 @@ def heights(rows: Sequence[Sequence[Shot]]) -> list[float]:
     return found
 
 
+def named(shot: Shot, height: float) -> str:
+    """The name of a shot that is `height` inches high, in as many lines as it needs."""
+    return textwrap.fill(shot.name, max(12, int(height / shot.view.aspect / LETTER)))
+
+
 def sheet(rows: Sequence[Sequence[Shot]], title: str, subtitle: str, backend: Backend, dpi: int = DPI) -> Figure:
     """Rows of shots of equal height under one title."""
     tall = heights(rows)
     across = [sum(h / s.view.aspect for s in row) + BETWEEN * (len(row) - 1) for row, h in zip(rows, tall, strict=True)]
+    names = [[named(shot, h) for shot in row] for row, h in zip(rows, tall, strict=True)]
+    above = [0.13 + NAME * max(name.count("\n") + 1 for name in row) for row in names]
     # long titles need room too: about 0.105 inches a letter
     wide = max(max(across) + LEFT + RIGHT, 0.105 * len(title) + 2 * LEFT, 0.068 * len(subtitle) + 2 * LEFT)
-    height = TOP + sum(tall) + (NAME + FOOT) * len(rows) + BETWEEN * (len(rows) - 1) + BOTTOM
+    height = TOP + sum(tall) + sum(above) + FOOT * len(rows) + BETWEEN * (len(rows) - 1) + BOTTOM
     looks: list[Look] = []
     for row in rows:
         for shot in row:
@@ -85,16 +94,16 @@ def sheet(rows: Sequence[Sequence[Shot]], title: str, subtitle: str, backend: Ba
         figure.text(LEFT / wide, 1 - 0.22 / height, title, fontsize=14, weight="bold", va="center", color=INK)
         figure.text(LEFT / wide, 1 - 0.48 / height, subtitle, fontsize=10, va="center", color=SOFT)
         y = height - TOP
-        for row, h in zip(rows, tall, strict=True):
+        for row, texts, over, h in zip(rows, names, above, tall, strict=True):
             x = LEFT
-            y -= NAME + h
+            y -= over + h
             length = round_down(0.28 * min(shot.view.x1 - shot.view.x0 for shot in row))
-            for shot in row:
+            for shot, text in zip(row, texts, strict=True):
                 w = h / shot.view.aspect
                 axes = figure.add_axes((x / wide, y / height, w / wide, h / height))
                 draw(axes, shot.bodies, shot.look, shot.view, backend.name == "vtk", shot.wet)
                 axes.set_axis_off()
-                axes.set_title(shot.name, fontsize=10.5, weight="normal", pad=4, x=0.01, color="#2b333a")
+                axes.set_title(text, fontsize=10.5, weight="normal", pad=4, x=0.01, color="#2b333a")
                 scale_bar(axes, shot.view, length, h)
                 x += w + BETWEEN
             y -= FOOT + BETWEEN

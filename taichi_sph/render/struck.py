@@ -242,8 +242,8 @@ def _when(run: RunFolder, index: int) -> str:
 
 
 def _side_view(run: RunFolder) -> np.ndarray:
-    """A fluid that is thin is seen along its thinnest axis, any other obliquely."""
-    points = np.concatenate([file.body(0).reference for file in run.of_kind("fluid")])
+    """What is thin is seen along its thinnest axis, anything else obliquely."""
+    points = np.concatenate([run.frames(name).body(0).reference for name in run.bodies()])
     extent = np.ptp(points, axis=0)
     thin = int(np.argmin(extent[:2]))
     if extent[thin] > THIN * extent.max():
@@ -253,9 +253,9 @@ def _side_view(run: RunFolder) -> np.ndarray:
     return oblique(eye)
 
 
-def fluid_strip(run: RunFolder, looks: Looks, field: str, backend: Backend, instants: Sequence[int], subtitle: str, dpi: int) -> Figure:
-    """A fluid without shells at some instants, coloured by "pressure" or "speed"."""
-    look = getattr(looks, field)
+def free_strip(run: RunFolder, looks: Looks, field: str, backend: Backend, instants: Sequence[int], subtitle: str, dpi: int) -> Figure:
+    """Fluids and rigid bodies without shells at some instants, fluids coloured by "pressure" or "speed"."""
+    look = looks.pressure if field == "pressure" else looks.speed
     turn = _side_view(run)
     everything = [b for i in range(0, len(run.frames().times), max(1, len(run.frames().times) // 12)) for b in bodies_at(run, i)]
     points = [np.percentile(b.points, [0.2, 99.8], axis=0) if b.kind == "fluid" else b.points for b in everything]
@@ -314,7 +314,7 @@ def strip_page(run: RunFolder, looks: Looks, backend: Backend, subtitle: str, in
 
 
 def compare_page(runs: Sequence[RunFolder], names: Sequence[str], title: str, backend: Backend) -> Figure:
-    """The ends of several runs side by side, from outside above and cut open below, to one scale and in the same colours."""
+    """The ends of several runs side by side, from outside and cut open, to one scale and in the same colours."""
     looks = looks_of(runs)
     rows: list[list[Shot]] = [[], []]
     boxes = [views_of(run, [-1]) for run in runs]
@@ -327,4 +327,6 @@ def compare_page(runs: Sequence[RunFolder], names: Sequence[str], title: str, ba
         front, section = shots_at(run, -1, looks, box, ("front", "section"), f"{name}, {_when(run, len(run.frames()) - 1)}")
         rows[0].append(front)
         rows[1].append(section)
+    if all(shot.view.aspect > 1 for row in rows for shot in row) and len(runs) <= 3:  # tall bodies stand side by side
+        rows = [[*rows[0], *rows[1]]]
     return sheet(rows, title, "at the end of each run, true deformation   ·   broken cells removed", backend)

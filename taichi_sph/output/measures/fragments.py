@@ -98,10 +98,10 @@ class Fragments:
         return np.average(values[mine], axis=0, weights=self.node_area[mine])
 
     def size(self, fragment: int) -> float:
-        """Largest extent [m] of a fragment now, along its longest axis."""
+        """Extent [m] of a fragment now along its longest axis, with half a spacing at either end."""
         points = self.body.points[self.label == fragment]
         _, _, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
-        return float(np.ptp(points @ axes[0]))
+        return float(np.ptp(points @ axes[0])) + node_spacing(self.body.reference, self.body.cells)
 
 
 def live(body: BodyFrame) -> np.ndarray:

@@ -1,0 +1,147 @@
+"""Pictures of runs with strikers and water: both renderers, windows, sections, size of the movie."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from taichi_sph.output.folder import RunFolder
+from taichi_sph.render import backend, panel, pictures, struck
+from taichi_sph.render.sheet import length_text
+
+from ..output import struck as drawn
+
+HAVE_VTK = backend.choose().name == "vtk"
+BOTH = ["matplotlib", pytest.param("vtk", marks=pytest.mark.skipif(not HAVE_VTK, reason="VTK cannot draw here"))]
+
+
+@pytest.fixture
+def renderer(request, monkeypatch: pytest.MonkeyPatch) -> str:
+    chosen = backend.Backend(request.param)
+    monkeypatch.setattr(pictures, "choose", lambda: chosen)
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory) -> dict[str, RunFolder]:
+    there = tmp_path_factory.mktemp("struck")
+    return {
+        "plate": drawn.write_plate(there / "plate", 1e-3, count=4),
+        "empty": drawn.write_tank(there / "empty", False, 0.02, count=4),
+        "full": drawn.write_tank(there / "full", True, 0.02, 0.03, 4),
+        "dam": drawn.write_dam(there / "dam", 0.05, 4),
+    }
+
+
+@pytest.mark.parametrize("renderer", BOTH, indirect=True)
+@pytest.mark.parametrize(
+    "name, expected",
+    [
+        ("plate", ["impact.png", "impact_over_time.png", "strikers.png", "energies.png"]),
+        ("full", ["impact.png", "impact_over_time.png", "strikers.png", "leak.png", "energies.png"]),
+        ("dam", ["pressure_over_time.png", "speed_over_time.png", "energies.png"]),
+    ],
+)
+def test_a_run_gets_all_its_pictures(runs, renderer: str, name: str, expected: list[str]) -> None:
+    paths = pictures.render_run(runs[name].path)
+    assert [p.name for p in paths] == expected
+    for path in paths:
+        with Image.open(path) as image:
+            assert image.width > 800
+            pixels = np.asarray(image.convert("RGB"))
+        assert (pixels[:3, :3] == 255).all(), "white paper"
+        assert len(np.unique(pixels[::9, ::9].reshape(-1, 3), axis=0)) > 20, "something is on it"
+
+
+@pytest.mark.parametrize("renderer", BOTH, indirect=True)
+def test_the_movie_is_small(runs, renderer: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    (path,) = pictures.render_run(runs["dam"].path, movie=True)
+    large = os.path.getsize(path)
+    with Image.open(path) as image:
+        assert image.n_frames == 4
+        wide = image.width
+    monkeypatch.setattr(pictures, "MOVIE_BYTES", 0.6 * large)
+    (path,) = pictures.render_run(runs["dam"].path, movie=True)
+    assert os.path.getsize(path) <= 0.6 * large
+    with Image.open(path) as image:
+        assert image.n_frames == 4 and image.width < wide
+
+
+@pytest.mark.parametrize("renderer", ["matplotlib"], indirect=True)
+def test_empty_and_full_side_by_side(runs, renderer: str, tmp_path: Path) -> None:
+    path = pictures.render_compare([runs["empty"].path, runs["full"].path], tmp_path / "both.png")
+    with Image.open(path) as image:
+        assert image.width > image.height
+
+
+def test_sides_follow_the_flight(runs) -> None:
+    """The front view looks along the flight, the back view against it; up stays up."""
+    for name, direction in (("plate", [0, 0, -1]), ("full", [1, 0, 0])):
+        s = struck.sides(runs[name])
+        np.testing.assert_allclose(s.direction, direction, atol=1e-12)
+        assert s.front[2] @ s.direction < -0.5 < 0.5 < s.back[2] @ s.direction
+        assert s.section[2] @ s.removed > 0.7 and abs(s.removed @ s.direction) < 1e-12
+        for turn in (s.front, s.back, s.section):
+            np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
+            assert turn[1] @ panel.UPRIGHT > 0.3
+
+
+def test_a_section_takes_away_one_half_and_leaves_the_spray(runs) -> None:
+    run = runs["full"]
+    s, bodies = struck.sides(run), struck.bodies_at(run, -1)
+    tank, ball, water = struck.cut_open(bodies, struck.middle(run), s.removed)
+    whole = bodies[0]
+    assert 0.45 < len(tank.cells) / len(whole.cells) < 0.55
+    assert len(tank.cell_data["damage"]) == len(tank.cells) and ball is bodies[1]
+    out = water.point_data["outside"] != 0
+    assert out.sum() == bodies[2].point_data["outside"].sum() > 0
+    assert ((water.points[~out] - struck.middle(run)) @ s.removed).max() <= 0.5 * 0.03 + 1e-9
+
+
+def test_close_up_frames_the_hole(runs) -> None:
+    view = struck.close_up(runs["empty"], struck.sides(runs["empty"]).front, -1.0)
+    centre = np.array([-drawn.TANK, 0, 0]) @ view.turn.T
+    assert view.x0 < centre[0] < view.x1 and view.y0 < centre[1] < view.y1
+    assert view.x1 - view.x0 < 0.6 * drawn.HEIGHT
+
+
+@pytest.mark.skipif(not HAVE_VTK, reason="VTK cannot draw here")
+def test_particles_stand_where_they_are_and_are_as_large(runs) -> None:
+    """One particle of 40 mm in a window of 200 mm: a disc of a fifth of the width, in its place, with the colour of its value."""
+    from taichi_sph.render.vtk_panel import image
+
+    body = runs["dam"].frames("water").body(0)
+    one = struck.chosen(body, np.arange(len(body.points)) == 0)
+    one = drawn.BodyFrame("water", np.array([[0.05, 0, -0.02]]), one.cells, {**one.point_data, "diameter": np.array([0.04])}, {}, "fluid")
+    looks = struck.looks_of([runs["dam"]])
+    view = panel.View(-0.1, 0.1, -0.1, 0.1, panel.oblique(np.array([0.0, -1.0, 0.0])))
+    shot = image([one], looks.shell, view, 200, 200, looks.speed)
+    rows, columns = np.nonzero(shot[..., 3] > 128)
+    assert np.ptp(columns) + 1 == pytest.approx(40, abs=2) and np.ptp(rows) + 1 == pytest.approx(40, abs=2)
+    assert columns.mean() == pytest.approx(150 - 0.5, abs=1) and rows.mean() == pytest.approx(120 - 0.5, abs=1)
+
+
+@pytest.mark.skipif(not HAVE_VTK, reason="VTK cannot draw here")
+def test_the_striker_hides_what_is_behind_it(runs) -> None:
+    from taichi_sph.render.vtk_panel import image
+
+    run = runs["plate"]
+    looks, s = struck.looks_of([run]), struck.sides(run)
+    before = struck.bodies_at(run, 0)
+    view = struck.views_of(run, [0])["front"]
+    with_ball = image(before, looks.shell, view, 200, 150)
+    alone = image(before[:1], looks.shell, view, 200, 150)
+    assert (np.abs(with_ball.astype(int) - alone).max(axis=-1) > 40).mean() > 0.02
+    from_below = image(before, looks.shell, struck.views_of(run, [0])["back"], 200, 150)
+    below = image(before[:1], looks.shell, struck.views_of(run, [0])["back"], 200, 150)
+    assert (np.abs(from_below.astype(int) - below).max(axis=-1) > 40).mean() < 0.02, "the plate hides the ball"
+    assert s.front is not None
+
+
+@pytest.mark.parametrize("metres, text", [(2.0, "2 m"), (0.05, "50 mm"), (5e-4, "500 µm")])
+def test_lengths_in_words(metres: float, text: str) -> None:
+    assert length_text(metres) == text
