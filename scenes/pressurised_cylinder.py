@@ -1,7 +1,8 @@
 """A pressurised cylinder with an axial pre-crack: the crack runs along the axis, its lips bulge outwards.
 
 The wall is open at both ends, which keep their shape; the follower pressure is applied as a ramp. Expected: the cut
-opens under the hoop stress p R / e, and the crack runs in both directions.
+opens under the hoop stress p R / e, and the crack runs in both directions, slower than Rayleigh waves. (A little later
+the flaps beside it break off round the ends.)
 
     python scenes/pressurised_cylinder.py --quality standard --out DIR
 """
@@ -62,12 +63,19 @@ def scene(quality: Quality = "draft", pressure: Pressure = 80e3) -> Scene:
         ],
         motions=[PrescribedVelocity(shell="wall", where=box, velocity=(0, 0, None)) for box in ends.values()],
         pressures=[SurfacePressure(shell="wall", value=pressure, kind="follower", history=Ramp(rise="0.1 ms"))],
-        duration="0.3 ms",
+        duration="0.24 ms",
         numerics=Numerics(spacing=d, irregularity=0.1),
         output=Output(frames=40, samples=400),
         quantities=[
-            Quantity(name="crack_length", unit="m", source="from one tip of the cut along the axis"),
-            Quantity(name="tip_speed_plateau", unit="m/s", source="below Rayleigh, 2100 m/s"),
+            Quantity(name="edge_arrival", unit="s", source="at the end of the wall"),
+            Quantity(name="tip_speed_plateau", unit="m/s", value=1050, tolerance=1050, source="below Rayleigh, 2100 m/s"),
+            Quantity(
+                name="history_peak",
+                value=0.0,
+                tolerance=1.0,
+                source="energy that no entry of the ledger explains, in percent",
+                options={"history": "energies", "column": "closed_residual_percent", "start": 0.1e-3},
+            ),
         ],
     )
 
