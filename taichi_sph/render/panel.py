@@ -35,6 +35,7 @@ PRESSURE = LinearSegmentedColormap.from_list(
 SPRAY = LinearSegmentedColormap.from_list("spray", [(0.0, "#a9d3ec"), (0.35, "#4a9bd0"), (0.7, "#1b5f9e"), (1.0, "#0b2447")])
 OUTLINE = "#9aa5ae"
 METAL = "#59636b"  # rigid bodies
+CORE = "#aab3ba"  # where a section goes through one
 LOOSE = "#6d5a52"  # nodes without a cell
 MARGIN = 0.02  # of the longer side, around the bodies
 MOVED = 0.02  # the typical displacement is shown as this share of the longer side
@@ -173,8 +174,17 @@ def point_values(body: BodyFrame, field: str) -> np.ndarray:
     return np.asarray(body.point_data[field], dtype=float)
 
 
-def draw(axes: Axes, bodies: Sequence[BodyFrame], look: Look, view: View, with_vtk: bool, wet: Look | None = None) -> None:
-    """Draws bodies into axes whose data are millimetres; `look` is that of shells, `wet` that of fluids."""
+def draw(
+    axes: Axes,
+    bodies: Sequence[BodyFrame],
+    look: Look,
+    view: View,
+    with_vtk: bool,
+    wet: Look | None = None,
+    cut: tuple[np.ndarray, np.ndarray] | None = None,
+) -> None:
+    """Draws bodies into axes whose data are millimetres; `look` is that of shells, `wet` that of fluids. `cut`, a point and
+    a normal, halves pinballs (with VTK)."""
     mm = 1e3
     axes.set_xlim(view.x0 * mm, view.x1 * mm)
     axes.set_ylim(view.y0 * mm, view.y1 * mm)
@@ -186,7 +196,7 @@ def draw(axes: Axes, bodies: Sequence[BodyFrame], look: Look, view: View, with_v
         from .vtk_panel import image
 
         box = axes.get_window_extent()
-        pixels = image(bodies, look, view, round(box.width), round(box.height), wet)
+        pixels = image(bodies, look, view, round(box.width), round(box.height), wet, cut)
         axes.imshow(
             pixels,
             extent=(view.x0 * mm, view.x1 * mm, view.y0 * mm, view.y1 * mm),

@@ -210,7 +210,11 @@ def strikers(run: RunFolder) -> Figure | None:
             bottom.plot(h.time * scale, perforation.forces(h) * factor, color=colour, lw=1.4)
             label = f"{v[-1]:.3g} m/s" if len(found) == 1 else f"{name} {v[-1]:.3g} m/s"
             ends.append((float(v[-1]), label, colour))
-        top.set_ylim(bottom=0)
+        least, most = top.dataLim.y0, top.dataLim.y1
+        if least > 0.7 * most:  # a small loss is to be read too
+            top.set_ylim(least - 0.35 * (most - least) - 1e-9, most + 0.08 * (most - least) + 1e-9)
+        else:
+            top.set_ylim(0, 1.03 * most)
         top.set_ylabel("speed [m/s]")
         top.set_title(f"{run.scene.title}: striker" + ("s" if len(found) > 1 else ""))
         bottom.set_ylim(bottom=0)

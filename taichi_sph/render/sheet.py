@@ -29,13 +29,15 @@ INK, SOFT = "#1d2429", "#5a6670"
 
 @dataclass(frozen=True)
 class Shot:
-    """Some bodies as one sees them: `look` colours shells, `wet` fluids."""
+    """Some bodies as one sees them: `look` colours shells, `wet` fluids; `cut`: a point of a plane and its normal (3,) towards
+    the eye, by which pinballs are halved."""
 
     bodies: Sequence[BodyFrame]
     view: View
     name: str
     look: Look
     wet: Look | None = None
+    cut: tuple[np.ndarray, np.ndarray] | None = None
 
     @property
     def looks(self) -> list[Look]:
@@ -101,7 +103,7 @@ def sheet(rows: Sequence[Sequence[Shot]], title: str, subtitle: str, backend: Ba
             for shot, text in zip(row, texts, strict=True):
                 w = h / shot.view.aspect
                 axes = figure.add_axes((x / wide, y / height, w / wide, h / height))
-                draw(axes, shot.bodies, shot.look, shot.view, backend.name == "vtk", shot.wet)
+                draw(axes, shot.bodies, shot.look, shot.view, backend.name == "vtk", shot.wet, shot.cut)
                 axes.set_axis_off()
                 axes.set_title(text, fontsize=10.5, weight="normal", pad=4, x=0.01, color="#2b333a")
                 scale_bar(axes, shot.view, length, h)

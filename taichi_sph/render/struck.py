@@ -131,7 +131,7 @@ def middle(run: RunFolder) -> np.ndarray:
 
 
 def cut_open(bodies: Sequence[BodyFrame], place: np.ndarray, removed: np.ndarray) -> list[BodyFrame]:
-    """Shells and fluids without what lies beyond the plane; rigid bodies and what is outside stay whole."""
+    """Shells and fluids without what lies beyond the plane; what is outside stays whole, rigid bodies are cut as they are drawn."""
     found = []
     for body in bodies:
         if body.kind == "shell":
@@ -180,7 +180,8 @@ def window(points: np.ndarray, turn: np.ndarray, margin: float = 0.03) -> View:
 def shown_points(run: RunFolder, instants: Sequence[int]) -> np.ndarray:
     """What an overview is to hold: the held parts of shells, and strikers, fragments and spray not far from them."""
     low, high = box(run)
-    room = AROUND * float(np.median(high - low))
+    widest = max((float(file.array("PointData", "radius", 0).max()) for file in run.of_kind("rigid")), default=0.0)
+    room = max(AROUND * float(np.median(high - low)), 2.5 * widest)
     found = []
     def near(points: np.ndarray) -> np.ndarray:
         return ((points >= low - room) & (points <= high + room)).all(axis=1)
@@ -277,7 +278,7 @@ def views_of(run: RunFolder, instants: Sequence[int]) -> dict[str, View]:
 def shots_at(run: RunFolder, index: int, looks: Looks, views: dict[str, View], names: Sequence[str], prefix: str = "") -> list[Shot]:
     """Views named "front", "back", "section", or "dry" (the front without water) of one instant."""
     s, bodies = sides(run), bodies_at(run, index)
-    titles = {"front": "struck side", "back": "from behind", "section": "cut open", "dry": "struck side, shell alone"}
+    titles = {"front": "struck side", "back": "rear side", "section": "section", "dry": "struck side, shell alone"}
     if flight(run) is None:
         titles["front"] = "from outside"
     found = []
@@ -285,7 +286,7 @@ def shots_at(run: RunFolder, index: int, looks: Looks, views: dict[str, View], n
         inside = name == "section"
         shown = cut_open(bodies, middle(run), s.removed) if inside else dry(bodies) if name == "dry" else outside_only(bodies)
         text = f"{prefix}{', ' if prefix else ''}{titles[name]}"
-        found.append(Shot(shown, views["front" if name == "dry" else name], text, looks.shell, looks.pressure if inside else looks.speed))
+        found.append(Shot(shown, views["front" if name == "dry" else name], text, looks.shell, looks.pressure if inside else looks.speed, (middle(run), s.removed) if inside else None))
     return found
 
 
@@ -295,7 +296,7 @@ def final_page(run: RunFolder, looks: Looks, backend: Backend, subtitle: str, in
     rows = [shots_at(run, index, looks, views_of(run, [index]), names)]
     s, bodies = sides(run), dry(bodies_at(run, index))
     close = []
-    for turn, side, name in ((s.front, -1.0, "struck side, close"), (s.back, 1.0, "from behind, close")):
+    for turn, side, name in ((s.front, -1.0, "struck side, close"), (s.back, 1.0, "rear side, close")):
         view = close_up(run, turn, side)
         if view is not None:
             close.append(Shot(bodies, view, name, looks.shell))

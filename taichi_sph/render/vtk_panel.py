@@ -14,7 +14,7 @@ import pyvista
 from ..output.frame import BodyFrame
 from ..output.measures.fragments import border
 from ..output.measures.pattern import node_spacing
-from .panel import LOOSE, METAL, Look, View, cell_values, displaced, kept, point_values, scattered
+from .panel import CORE, LOOSE, METAL, Look, View, cell_values, displaced, kept, point_values, scattered
 
 SHARPER = 2  # pixels drawn per pixel shown, each way
 LIT = {"ambient": 0.4, "diffuse": 0.65, "specular": 0.08, "specular_power": 15}
@@ -71,12 +71,29 @@ def _plotter(width: int, height: int, lamp: bool) -> pyvista.Plotter:
     return plotter
 
 
+def _pinballs(plotter: pyvista.Plotter, body: BodyFrame, view: View, cut: tuple[np.ndarray, np.ndarray] | None) -> None:
+    """Balls of dark metal; one through which the plane of a section goes shows its flat inside."""
+    for centre, radius in zip(body.points, body.point_data["radius"], strict=True):
+        ball = pyvista.Sphere(radius=radius, center=view.seen(centre[None])[0], theta_resolution=60, phi_resolution=60)
+        if cut is not None and abs((centre - cut[0]) @ cut[1]) < 0.99 * radius:
+            place, normal = view.seen(cut[0][None])[0], view.seen(cut[1][None])[0]
+            plotter.add_mesh(ball.slice(normal=normal, origin=place).delaunay_2d(), color=CORE, ambient=0.6, diffuse=0.4, render=False)
+            ball = ball.clip(normal=normal, origin=place)
+        plotter.add_mesh(ball, color=METAL, smooth_shading=True, specular=0.5, specular_power=20, render=False)
+
+
 def image(
-    bodies: Sequence[BodyFrame], look: Look, view: View, width: int, height: int, wet: Look | None = None
+    bodies: Sequence[BodyFrame],
+    look: Look,
+    view: View,
+    width: int,
+    height: int,
+    wet: Look | None = None,
+    cut: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> np.ndarray:
     """(height, width, 4) uint8: bodies in parallel projection, transparent where there is nothing.
 
-    `look` is that of shells, `wet` that of fluids; rigid bodies are dark metal.
+    `look` is that of shells, `wet` that of fluids; rigid bodies are dark metal, halved by the plane `cut`.
     """
     plotter = _plotter(SHARPER * width, SHARPER * height, look.loose)
     plotter.clear_actors()
@@ -89,11 +106,7 @@ def image(
         room = float(np.max(body.point_data.get("radius", 0.0)))
         low, high = min(low, points[:, 2].min() - room), max(high, points[:, 2].max() + room)
         if body.kind == "rigid":
-            balls = pyvista.PolyData(points)
-            balls["across"] = 2 * body.point_data["radius"]
-            ball = pyvista.Sphere(radius=0.5, theta_resolution=48, phi_resolution=48)
-            glyphs = balls.glyph(orient=False, scale="across", geom=ball)
-            plotter.add_mesh(glyphs, color=METAL, smooth_shading=True, specular=0.5, specular_power=20, render=False)
+            _pinballs(plotter, body, view, cut)
         elif body.kind == "fluid":
             across = float(np.median(body.point_data["diameter"])) * scale
             values = point_values(body, wet.field)

@@ -225,3 +225,15 @@ def test_a_striker_that_bounces(tmp_path: Path) -> None:
     back = {**h.columns, "vz": np.linspace(-300, 30, len(h))}
     write_history(h.path, struck.RIGID_UNITS, back)
     assert "The striker bounces back at 30 m/s after 300 m/s (99 % of its energy lost)" in "\n".join(answer(run))
+
+
+def test_a_hole_in_the_plug_hides_no_petals(plate) -> None:
+    """Broken cells at the very centre, apart from the ring of the plug."""
+    body = plate.frames().body(-1)
+    centre = parts.cell_centres(body.reference, body.cells)
+    pierced = np.linalg.norm(centre, axis=1) < 2.1 * SPACING
+    broken = (body.cell_data["broken"] != 0) | pierced
+    time = np.where(pierced, struck.HIT, body.cell_data["rupture_time"])
+    made = replace(body, cell_data={**body.cell_data, "broken": broken.astype(np.uint8), "rupture_time": time})
+    assert pierced.sum() >= 5
+    assert parts.radial_cracks(made, np.zeros(3)) == struck.PETALS

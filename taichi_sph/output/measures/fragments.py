@@ -266,16 +266,22 @@ def crack_lengths(body: BodyFrame) -> np.ndarray:
 def radial_cracks(body: BodyFrame, centre: np.ndarray) -> int:
     """Cracks that cross rings around `centre`: the largest number that three rings in a row show.
 
-    Rings lie one spacing apart, from two spacings on, and count the angular groups of the broken cells of the set nearest
-    to the centre; a gap of more than 2.1 spacings along the ring parts two of them. A full ring is the rim of a plug and
-    no radial crack.
+    Rings lie one spacing apart, from two spacings on, and count the angular groups of the cracks (5 linked cells or more) on
+    this side of the body; a gap of more than 2.1 spacings along the ring parts two of them. A full ring is the rim of a plug
+    and no radial crack.
     """
     c = crack_sets(body)
     if len(c.cells) == 0:
         return 0
-    mine = c.label == c.label[np.argmin(np.linalg.norm(c.centres - centre, axis=1))]
-    away = c.centres[mine] - centre
-    normal = normal_at(body, centre, max(6 * c.spacing, 0.5 * float(np.linalg.norm(away, axis=1).max())))
+    normal = normal_at(body, centre, 6 * c.spacing)
+    away = c.centres - centre
+    deep = float(np.ptp(body.reference @ normal))
+    mine = (np.bincount(c.label) >= SMALL)[c.label]
+    if deep > 0.2 * np.ptp(body.reference, axis=0).max():  # a tank has another side
+        mine &= np.abs(away @ normal) < 0.5 * deep
+    if not mine.any():
+        return 0
+    away = away[mine]
     axes = np.linalg.svd(normal[None])[2][1:]
     radius, angle = np.linalg.norm(away, axis=1), np.arctan2(*(away @ axes.T).T)
     counts = []
