@@ -30,10 +30,10 @@ VECTOR = ti.types.vector(3, ti.f64)
 class FluidPairs:
     """The pass over a pool `p` (FluidParticles) with lists `near` (Neighbours) of a `water` (constants)."""
 
-    def __init__(self, p, near, water, gravity, origin):
+    def __init__(self, p, near, water, walls, gravity, origin):
         """water: density rho_0, sound c, tait gamma (0: acoustic), least pressure p_min, support phi = h / D, alpha, beta,
         delta. origin [m]: pair records are relative to it, which single precision needs."""
-        self.p, self.near, self.water = p, near, water
+        self.p, self.near, self.water, self.walls = p, near, water, walls
         self.tait = water.gamma > 0
         self.cut = water.least > -1e300
         self.gravity, self.origin = ti.Vector([*gravity], ti.f64), ti.Vector([*origin], ti.f64)
@@ -48,7 +48,7 @@ class FluidPairs:
         w, d = self.water, self.p.spacing
         h = w.support * d
         diffusion = 2.0 * w.delta * h / (w.density * w.sound)
-        _act(self, self.near.near, self.p.n, self.near.width, self.gravity, dt_before, dt, w.stiffness, w.gamma, w.least, w.density, d, 0.5 / h,
+        _act(self, self.near.near, self.p.n, self.near.width, self.gravity, self.origin, dt_before, dt, w.stiffness, w.gamma, w.least, w.density, d, 0.5 / h,
              w.alpha * w.density * w.sound * h, w.beta * w.density * h * h, 0.01 * h * h, diffusion)  # fmt: skip
 
     @ti.func
@@ -75,37 +75,65 @@ def _pack(t: ti.template(), n: ti.i32, origin: VECTOR, dt: float, stiffness: flo
         t.p.pair[i][7] = t.pressure(stiffness, gamma, least, s)
 
 
+@ti.func
+def _pair(x, v, D, p, D_j, p_j, g, spacing, inverse_0, linear, quadratic, eps2):
+    """Of one neighbour: what it adds to force (3), div, spread, power, all over V_i; x and v relative to it."""
+    square = x[0] * x[0] + x[1] * x[1] + x[2] * x[2]
+    # 1 / (2 h_ij) by its series about D_0: no division, and right to 1e-6 for 6 % of compression
+    e = 1.0 - 0.5 * (D + D_j) / spacing
+    inverse = inverse_0 * (1.0 + e * (1.0 + e * (1.0 + e)))
+    G = w2_slope(ti.sqrt(square), inverse) * (D_j * D_j * D_j)
+    along = v[0] * x[0] + v[1] * x[1] + v[2] * x[2]
+    mu = ti.min(along, 0.0) / (square + eps2)
+    viscous = mu * (quadratic * mu - linear)
+    f = -G * (p + p_j + viscous)
+    return f * x[0], f * x[1], f * x[2], -G * along, -G * (p_j - p + g[0] * x[0] + g[1] * x[1] + g[2] * x[2]), G * along * viscous
+
+
 @ti.kernel
 def _act(
-    t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32, gravity: VECTOR, dt_before: float, dt: float, stiffness: float, gamma: float, least: float, density: float,
-    spacing: float, inverse_0: float, linear: float, quadratic: float, eps2: float, diffusion: float,
+    t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32, gravity: VECTOR, origin: VECTOR, dt_before: float, dt: float,
+    stiffness: float, gamma: float, least: float, density: float, spacing: float, inverse_0: float, linear: float,
+    quadratic: float, eps2: float, diffusion: float,
 ):  # fmt: skip
     for i in range(n):
         a = t.p.pair[i]
-        D, p = a[3], a[7]
-        f0, f1, f2 = D * 0.0, D * 0.0, D * 0.0
-        div, spread, power = D * 0.0, D * 0.0, D * 0.0
+        x, v, D, p = ti.Vector([a[0], a[1], a[2]]), ti.Vector([a[4], a[5], a[6]]), a[3], a[7]
+        f0, f1, f2, div, spread, power = D * 0.0, D * 0.0, D * 0.0, D * 0.0, D * 0.0, D * 0.0
         g = density * ti.cast(gravity, float)
         first = i * width
         for m in range(first, first + t.near.number[i]):
-            j = near[m]
-            b = t.p.pair[j]
-            x0, x1, x2 = a[0] - b[0], a[1] - b[1], a[2] - b[2]
-            square = x0 * x0 + x1 * x1 + x2 * x2
-            # 1 / (2 h_ij) by its series about D_0: no division, and right to 1e-6 for 6 % of compression
-            e = 1.0 - 0.5 * (D + b[3]) / spacing
-            inverse = inverse_0 * (1.0 + e * (1.0 + e * (1.0 + e)))
-            G = w2_slope(ti.sqrt(square), inverse) * (b[3] * b[3] * b[3])
-            along = (a[4] - b[4]) * x0 + (a[5] - b[5]) * x1 + (a[6] - b[6]) * x2
-            div -= G * along
-            mu = ti.min(along, 0.0) / (square + eps2)
-            viscous = mu * (quadratic * mu - linear)
-            power += G * along * viscous
-            spread -= G * (b[7] - p + g[0] * x0 + g[1] * x1 + g[2] * x2)
-            f = G * (p + b[7] + viscous)
-            f0 -= f * x0
-            f1 -= f * x1
-            f2 -= f * x2
+            b = t.p.pair[near[m]]
+            y, w = x - ti.Vector([b[0], b[1], b[2]]), v - ti.Vector([b[4], b[5], b[6]])
+            one = _pair(y, w, D, p, b[3], b[7], g, spacing, inverse_0, linear, quadratic, eps2)
+            f0, f1, f2 = f0 + one[0], f1 + one[1], f2 + one[2]
+            div, spread, power = div + one[3], spread + one[4], power + one[5]
+        if ti.static(t.walls.n > 0):
+            # the walls within reach, three at most, and the images in them and in two or three of them
+            found = ti.Vector([-1, -1, -1])
+            count = 0
+            for k in range(t.walls.n):
+                if count < 3 and t.walls.height(k, t.p.x[i]) * inverse_0 < 1.0 and t.walls.stands(k, t.p.x[i]):
+                    found[count] = k
+                    count += 1
+            for image in range(1, 1 << count):
+                for m in range(first, first + t.near.number[i]):
+                    j = near[m]
+                    b = t.p.pair[j]
+                    y, w = ti.Vector([b[0], b[1], b[2]]), ti.Vector([b[4], b[5], b[6]])
+                    there = 1
+                    for c in ti.static(range(3)):
+                        if (image >> c) & 1:
+                            k = found[c]
+                            normal = ti.cast(t.walls.normal[k], float)
+                            y -= 2.0 * (y.dot(normal) - ti.cast((t.walls.point[k] - origin).dot(t.walls.normal[k]), float)) * normal
+                            w -= 2.0 * w.dot(normal) * normal
+                            if not t.walls.stands(k, t.p.x[j]):
+                                there = 0
+                    if there == 1:
+                        one = _pair(x - y, v - w, D, p, b[3], b[7], g * 0.0, spacing, inverse_0, linear, quadratic, eps2)
+                        f0, f1, f2 = f0 + one[0], f1 + one[1], f2 + one[2]
+                        div, power = div + one[3], power + one[5]
         V = D * D * D
         t.p.force[i] = V * ti.Vector([f0, f1, f2]) + t.p.mass[i] * ti.cast(gravity, float)
         before = t.p.s[i]

@@ -18,9 +18,10 @@ import numpy as np
 from .. import runtime
 from ..forces.fluid_pairs import FluidPairs
 from ..model.fluid import FluidParticles
+from ..model.walls import Walls
 from ..numerics.neighbours import Neighbours
 from ..numerics.reduce import Reducer
-from .fluid_motion import Walls, drift, fastest, stored_energy
+from .fluid_motion import drift, fastest, stored_energy
 
 LIMIT = 0.60  # D / c: the step that is stable, of the pass by itself (docs/method.md)
 
@@ -61,8 +62,8 @@ class FluidBody:
         self.skin = skin * spacing
         reach = 2.0 * fluid.support * spacing * (1.0 + 1e-3) + self.skin
         self.near = Neighbours(fluid.name, p.x, p.n, reach, spacing, np.array([points.min(axis=0), points.max(axis=0)]))
-        self.pairs = FluidPairs(p, self.near, self.water, self.gravity, points.mean(axis=0))
         self.walls = Walls(fluid.name, walls)
+        self.pairs = FluidPairs(p, self.near, self.water, self.walls, self.gravity, points.mean(axis=0))
         self.reducer = Reducer(p.n)
         self.sorts = 0
         v = np.tile(np.asarray(fluid.velocity, float), (p.n, 1))

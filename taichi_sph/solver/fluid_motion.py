@@ -8,40 +8,6 @@ from ..numerics.reduce import BLOCK
 from ..runtime import ti
 
 
-@ti.data_oriented
-class Walls:
-    """Rigid planes: point, unit normal towards the fluid, hole (radius 0: none)."""
-
-    def __init__(self, name: str, walls):
-        self.n = len(walls)
-        self.point = runtime.new(f"{name}.wall_point", self.n, 3, "f64")
-        self.normal = runtime.new(f"{name}.wall_normal", self.n, 3, "f64")
-        self.centre = runtime.new(f"{name}.hole_centre", self.n, 3, "f64")
-        self.radius = runtime.new(f"{name}.hole_radius", self.n, dtype="f64")
-        for k, wall in enumerate(walls):
-            self.point[k] = wall.point
-            self.normal[k] = np.asarray(wall.normal, float) / np.linalg.norm(wall.normal)
-            if wall.hole is not None:
-                self.centre[k] = wall.hole.centre
-                self.radius[k] = wall.hole.radius
-
-    @ti.func
-    def least_speed(self, k, x, reach, dt):
-        """Smallest velocity along the normal of wall k that a particle at x may have over dt; -inf where it is free."""
-        result = -ti.math.inf
-        normal = self.normal[k]
-        gap = (x - self.point[k]).dot(normal) - reach
-        blocked = 1
-        if self.radius[k] > 0.0:
-            across = x - self.centre[k]
-            across -= across.dot(normal) * normal
-            if across.norm() < self.radius[k] or gap < -2.0 * reach:
-                blocked = 0  # over the hole, or on the other side
-        if blocked == 1:
-            result = -ti.max(gap, 0.0) / dt
-        return result
-
-
 @ti.kernel
 def drift(p: ti.template(), walls: ti.template(), n: ti.i32, dt_before: float, dt: float, spacing: float, pushed: ti.i32):
     kick = 0.5 * (dt_before + dt)
@@ -52,12 +18,13 @@ def drift(p: ti.template(), walls: ti.template(), n: ti.i32, dt_before: float, d
             push = p.push[i]
         after = before + kick / p.mass[i] * (p.force[i] + push)
         for k in range(walls.n):
-            least = walls.least_speed(k, p.x[i], 0.5 * ti.cast(spacing, ti.f64), ti.cast(dt, ti.f64))
-            normal = ti.cast(walls.normal[k], float)
-            short = ti.cast(least, float) - after.dot(normal)
-            if short > 0.0:
-                after += short * normal
-                push += p.mass[i] / kick * short * normal
+            if walls.stands(k, p.x[i]):
+                gap = walls.height(k, p.x[i]) - 0.5 * spacing
+                normal = ti.cast(walls.normal[k], float)
+                short = -ti.cast(ti.max(gap, 0.0), float) / dt - after.dot(normal)
+                if short > 0.0:
+                    after += short * normal
+                    push += p.mass[i] / kick * short * normal
         if any(push != 0.0) or p.ahead[i] != 0.0:
             p.work[i] += p.ahead[i] + ti.cast(0.5 * dt_before * push.dot(before), ti.f64)
             p.ahead[i] = ti.cast(0.5 * dt * push.dot(after), ti.f64)

@@ -1,0 +1,41 @@
+"""Rigid planes that fluid does not cross. Data only."""
+
+import numpy as np
+
+from .. import runtime
+from ..runtime import ti
+
+
+@ti.data_oriented
+class Walls:
+    """Point, unit normal towards the fluid, and hole (radius 0: none) of each plane."""
+
+    def __init__(self, name: str, walls):
+        """walls: scene.Wall."""
+        self.n = len(walls)
+        self.point = runtime.new(f"{name}.wall_point", self.n, 3, "f64")  # m
+        self.normal = runtime.new(f"{name}.wall_normal", self.n, 3, "f64")
+        self.centre = runtime.new(f"{name}.hole_centre", self.n, 3, "f64")  # m
+        self.radius = runtime.new(f"{name}.hole_radius", self.n, dtype="f64")  # m
+        for k, wall in enumerate(walls):
+            self.point[k] = wall.point
+            self.normal[k] = np.asarray(wall.normal, float) / np.linalg.norm(wall.normal)
+            if wall.hole is not None:
+                self.centre[k] = wall.hole.centre
+                self.radius[k] = wall.hole.radius
+
+    @ti.func
+    def height(self, k, x):
+        """Of the place x above wall k [m]."""
+        return (x - self.point[k]).dot(self.normal[k])
+
+    @ti.func
+    def stands(self, k, x):
+        """Whether wall k stands below x: not over its hole, and, where it has one, x not on its other side."""
+        result = True
+        if self.radius[k] > 0.0:
+            across = x - self.centre[k]
+            up = across.dot(self.normal[k])
+            across -= up * self.normal[k]
+            result = across.norm() > self.radius[k] and up > 0.0
+        return result
