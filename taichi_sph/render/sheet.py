@@ -22,7 +22,7 @@ from .panel import Look, View, draw, round_down
 DPI = 170
 WIDE = 12.0  # inches of the page
 LEFT, RIGHT, TOP, BOTTOM, BETWEEN, NAME, FOOT = 0.3, 1.35, 0.66, 0.12, 0.14, 0.17, 0.26  # inches
-LETTER = 0.086  # inches, the mean width of one in the name of a shot
+LETTER = 0.075  # inches, the mean width of one in the name of a shot
 TALLEST = 5.2  # inches of a row
 INK, SOFT = "#1d2429", "#5a6670"
 

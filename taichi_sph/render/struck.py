@@ -25,6 +25,7 @@ from .sheet import Shot, sheet
 
 STRIP_TIMES = 5
 AROUND = 0.5  # of its width, how far from a shell things are still shown
+LARGE = 0.1  # of a shell's width: a striker of a larger radius is halved in sections
 DROP = 0.6  # of its diameter: how large a particle is drawn once it is out
 CLOSE = 1.35  # the close-up shows this much more than the broken cells
 NEAR_ENOUGH = 0.8  # a close-up that shows more of the body than this is left out
@@ -130,6 +131,11 @@ def middle(run: RunFolder) -> np.ndarray:
     return 0.5 * (low + high)
 
 
+def striker_radius(run: RunFolder) -> float:
+    """Of the largest pinball [m]."""
+    return max((float(file.array("PointData", "radius", 0).max()) for file in run.of_kind("rigid")), default=0.0)
+
+
 def cut_open(bodies: Sequence[BodyFrame], place: np.ndarray, removed: np.ndarray) -> list[BodyFrame]:
     """Shells and fluids without what lies beyond the plane; what is outside stays whole, rigid bodies are cut as they are drawn."""
     found = []
@@ -180,8 +186,7 @@ def window(points: np.ndarray, turn: np.ndarray, margin: float = 0.03) -> View:
 def shown_points(run: RunFolder, instants: Sequence[int]) -> np.ndarray:
     """What an overview is to hold: the held parts of shells, and strikers, fragments and spray not far from them."""
     low, high = box(run)
-    widest = max((float(file.array("PointData", "radius", 0).max()) for file in run.of_kind("rigid")), default=0.0)
-    room = max(AROUND * float(np.median(high - low)), 2.5 * widest)
+    room = max(AROUND * float(np.median(high - low)), 2.5 * striker_radius(run))
     found = []
     def near(points: np.ndarray) -> np.ndarray:
         return ((points >= low - room) & (points <= high + room)).all(axis=1)
@@ -281,12 +286,16 @@ def shots_at(run: RunFolder, index: int, looks: Looks, views: dict[str, View], n
     titles = {"front": "struck side", "back": "rear side", "section": "section", "dry": "struck side, shell alone"}
     if flight(run) is None:
         titles["front"] = "from outside"
+    # a large striker would hide what a section is to show; a small one is to be seen
+    low, high = box(run)
+    halved = (middle(run), s.removed) if striker_radius(run) > LARGE * float(np.median(high - low)) else None
     found = []
     for name in names:
         inside = name == "section"
         shown = cut_open(bodies, middle(run), s.removed) if inside else dry(bodies) if name == "dry" else outside_only(bodies)
         text = f"{prefix}{', ' if prefix else ''}{titles[name]}"
-        found.append(Shot(shown, views["front" if name == "dry" else name], text, looks.shell, looks.pressure if inside else looks.speed, (middle(run), s.removed) if inside else None))
+        wet, cut = (looks.pressure, halved) if inside else (looks.speed, None)
+        found.append(Shot(shown, views["front" if name == "dry" else name], text, looks.shell, wet, cut))
     return found
 
 
