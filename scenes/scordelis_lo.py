@@ -40,7 +40,8 @@ def scene(
 ) -> Scene | Study:
     if nodes == "both":
         cases = {kind: one(quality, kind, cells, NODES[quality], formulation) for kind in ("regular", "irregular")}
-        cases["triangle"] = one(quality, "irregular", "triangle", NODES[quality], formulation)
+        if formulation == "galerkin":  # the strong form finds no equilibrium on triangles
+            cases["triangle"] = one(quality, "irregular", "triangle", NODES[quality], formulation)
         return Study(
             name="scordelis_lo",
             title="Scordelis-Lo roof",
@@ -76,7 +77,8 @@ def one(quality: Quality, nodes: str, cells: str, number: int, formulation: str)
         ),
         gravity=(0, 0, -SMALL * LOAD / (DENSITY * THICKNESS)),
         duration=1.0,
-        static=Static(residual=1e-5) if formulation == "galerkin" else Static(residual=1e-4, max_steps=60_000),
+        # soft modes of the strong form settle slowly
+        static=Static(residual=1e-5) if formulation == "galerkin" else Static(residual=1e-3, max_steps=60_000),
         numerics=Numerics(
             spacing=d,
             cells=cells,
