@@ -32,12 +32,11 @@ class Bodies:
         self.n = self.ns + self.nf + self.nr
         if self.has_shell:
             self.disc = runtime.new("contact.disc", self.ns, dtype="f64")  # m, radius of the node's disc
-            self.half = runtime.new("contact.half", self.ns, dtype="f64")  # m, half its thickness
-            self.ball = runtime.new("contact.ball", self.ns, dtype="f64")  # m, radius of a ball of the node's volume
+            self.half = runtime.new("contact.half", 1, dtype="f64")  # m, half the thickness
             self.border = runtime.new("contact.border", self.ns, dtype="i32")  # 1 on the border of the reference
             self.half_thickness = 0.5 * thickness
-            volume = mesh.node_areas * thickness
-            runtime.put(self.ball, np.cbrt(3.0 * volume / (4.0 * np.pi)))
+            self.half[0] = self.half_thickness
+            runtime.put(self.disc, 0.5 * mesh.node_spacing)
             border = np.zeros(self.ns, np.int32)
             sides = np.asarray(mesh.edges.sides)
             border[np.unique(mesh.edges.nodes[(sides < 0).any(axis=1)])] = 1
@@ -47,7 +46,7 @@ class Bodies:
     def shape_discs(self) -> None:
         """The discs as the shell lies now."""
         if self.has_shell:
-            _discs(self, self.ns, self.half_thickness)
+            _discs(self, self.ns)
 
 
 @ti.func
@@ -62,10 +61,10 @@ def director_of(bodies: ti.template(), i):
 
 
 @ti.kernel
-def _discs(bodies: ti.template(), n: ti.i32, half_thickness: ti.f64):
+def _discs(bodies: ti.template(), n: ti.i32):
     """A sound node's disc reaches half way to the farthest corner of its cells, so that the discs cover the surface
     without a hole; at a lip or border half way to the next node, so that an opening is as wide as it is (T 3.19). A
-    node without a live cell is a ball of its own volume."""
+    node without a live cell, a fragment, keeps the disc it had: a flake that flies and turns on."""
     for i in range(n):
         x = place_of_node(bodies, i)
         near, far = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
@@ -86,13 +85,10 @@ def _discs(bodies: ti.template(), n: ti.i32, half_thickness: ti.f64):
                         near = ti.max(near, (place_of_node(bodies, after) - x).norm())
                         near = ti.max(near, (place_of_node(bodies, before) - x).norm())
                         far = ti.max(far, (place_of_node(bodies, opposite) - x).norm())
-        bodies.disc[i] = 0.5 * near
-        bodies.half[i] = half_thickness
         if sound == 1:
             bodies.disc[i] = 0.5 * ti.max(near, far)
-        if alive == 0:
-            bodies.disc[i] = 0.0
-            bodies.half[i] = bodies.ball[i]
+        elif alive > 0:
+            bodies.disc[i] = 0.5 * near
 
 
 @ti.func

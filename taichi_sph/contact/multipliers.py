@@ -25,7 +25,7 @@ from ..model.rigid import place, spin_of, spun
 from ..runtime import ti
 from ..scene.rigid import PinballContact
 from .bodies import Bodies, inverse_mass, mobility, place_of_node, velocity_before, velocity_free
-from .pairs import FLUID_RIGID, FLUID_SHELL, RIGID_RIGID, RIGID_SHELL, Pairs, disc_gap, self_radius
+from .pairs import FLUID_RIGID, FLUID_SHELL, RIGID_RIGID, RIGID_SHELL, Pairs, disc_gap
 
 BLOCK = 512
 CHECK = 8  # iterations between two looks at the error
@@ -150,7 +150,7 @@ class Contact:
             "contact.work": runtime.get(self.work, self.blocks),
             "contact.ahead": runtime.get(self.ahead, self.blocks),
             **{f"contact.{k}": runtime.get(getattr(self.pairs, k), self.pairs.capacity) for k in kept},
-            **({"contact.disc": runtime.get(self.bodies.disc, self.bodies.ns), "contact.half": runtime.get(self.bodies.half, self.bodies.ns)} if self.bodies.has_shell else {}),
+            **({"contact.disc": runtime.get(self.bodies.disc, self.bodies.ns)} if self.bodies.has_shell else {}),
         }
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
@@ -167,7 +167,6 @@ class Contact:
             runtime.put(getattr(self.pairs, k), np.asarray(state[f"contact.{k}"]))
         if self.bodies.has_shell:
             runtime.put(self.bodies.disc, np.asarray(state["contact.disc"]))
-            runtime.put(self.bodies.half, np.asarray(state["contact.half"]))
         self.pairs.n_who = _incidence(self.pairs, self.pairs.n, self.bodies.n)
 
 
@@ -217,7 +216,7 @@ def _geometry(contact: ti.template(), k):
             g, n, q = disc_gap(contact.bodies, other, c, radius)
             gap, normal = g, n
         elif kind > FLUID_RIGID:
-            c, radius = place_of_node(contact.bodies, ball), self_radius(contact.bodies, ball)
+            c, radius = place_of_node(contact.bodies, ball), contact.bodies.half[0]
             g, n, q = disc_gap(contact.bodies, other, c, radius)
             gap, normal = g, n
     if ti.static(contact.bodies.has_rigids):

@@ -120,24 +120,18 @@ def disc_gap(bodies: ti.template(), i, c, radius):
     q = x + flat
     normal = c - q
     distance = normal.norm()
-    if distance > 1e-12 * (radius + bodies.half[i]):
+    if distance > 1e-12 * (radius + bodies.half[0]):
         normal /= distance
     else:
         normal = n
-    return distance - radius - bodies.half[i], normal, q
-
-
-@ti.func
-def self_radius(bodies: ti.template(), i):
-    """Radius of a shell node that acts as a ball [m]: half the thickness, so that the ball does not stand out."""
-    return bodies.half[i]
+    return distance - radius - bodies.half[0], normal, q
 
 
 @ti.func
 def may_touch(bodies: ti.template(), i, j):
     """Whether nodes i and j of one shell are far enough apart in the reference to be two things that meet."""
     apart = (bodies.nodes.X[i] - bodies.nodes.X[j]).norm()
-    return apart > 2.0 * (bodies.disc[i] + bodies.disc[j]) + 2.0 * (bodies.half[i] + bodies.half[j])
+    return apart > 2.0 * (bodies.disc[i] + bodies.disc[j]) + 4.0 * bodies.half[0]
 
 
 @ti.func
@@ -160,7 +154,7 @@ def _rigid_shell(pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, b
         x = place_of_node(pairs.bodies, i)
         for p in range(pairs.bodies.rigids.n_balls):
             c, radius = pairs.bodies.rigids.ball_x[p], pairs.bodies.rigids.ball_radius[p]
-            far = radius + pairs.bodies.disc[i] + pairs.bodies.half[i] + skin
+            far = radius + pairs.bodies.disc[i] + pairs.bodies.half[0] + skin
             if (c - x).norm_sqr() < far * far:
                 gap, normal, q = disc_gap(pairs.bodies, i, c, radius)
                 if gap < skin:
@@ -235,7 +229,7 @@ def _self(pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, base: ti
     for j in range(n):
         found = 0
         c = pairs.node_x[j]
-        radius = self_radius(pairs.bodies, j)
+        radius = pairs.bodies.half[0]  # a ball that does not stand out of the shell
         home = cube(c, inverse)
         for dx, dy, dz in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
             there = home + ti.Vector([dx, dy, dz])

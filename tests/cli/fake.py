@@ -54,6 +54,12 @@ class FakeSimulation:
     def status(self) -> dict[str, int]:
         return {"broken": self.step // 10, "fragments": 0}
 
+    def tracks(self) -> dict[str, dict[str, float]]:
+        return {}
+
+    def contact_report(self) -> None:
+        return None
+
     def frame(self) -> Frame:
         reference = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float) * 0.01
         body = BodyFrame(
