@@ -437,8 +437,9 @@ def tell_plan(scene: Scene, p: Plan, progress: Progress) -> None:
             progress.say(f"  {body.name}: {body.note}")
     n = scene.numerics
     progress.say(f"  {n.formulation.kind}, {n.precision}, duration {show(scene.duration, 's')}")
+    memory = f"{bytes_text(p.memory)} ({bytes_text(p.memory / max(p.nodes, 1))} per node)"
     progress.say(
-        f"  estimated: dt {show(p.dt, 's')}, {p.steps} steps, memory {bytes_text(p.memory)}, disk {bytes_text(p.disk)}, "
+        f"  estimated: dt {show(p.dt, 's')}, {p.steps} steps, memory {memory}, disk {bytes_text(p.disk)}, "
         f"{duration_text(p.seconds)}"
     )
 
