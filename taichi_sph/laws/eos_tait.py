@@ -13,13 +13,13 @@ from ..runtime import ti
 def pressure(stiffness, gamma, s):
     """p [Pa]; stiffness = rho_0 c^2. By expm1 and log1p in f64, or the difference from 1 would lose small s."""
     x = gamma * _log1p(ti.cast(s, ti.f64))
-    return ti.cast(ti.cast(stiffness, ti.f64) / gamma * _expm1(x), stiffness.dtype)
+    return ti.cast(stiffness / gamma * _expm1(x), float)
 
 
 @ti.func
 def compression(stiffness, gamma, p):
-    """s of a pressure."""
-    return ti.cast(_expm1(_log1p(ti.cast(p, ti.f64) * gamma / stiffness) / gamma), p.dtype)
+    """s of a pressure, in f64."""
+    return _expm1(_log1p(ti.cast(p, ti.f64) * gamma / stiffness) / gamma)
 
 
 @ti.func

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..errors import SceneError
 from ..scene.fluid import Fluid, FluidBox
+from ..scene.schema import Scene
 from ..scene.surfaces import CappedTank, Cylinder
 from .mesh import SurfaceMesh
 
@@ -45,6 +46,15 @@ class Filling:
             f"{len(self.points)} particles of {1e3 * self.spacing:.4g} mm, {self.density * self.volume:.6g} kg;"
             f" the lattice alone would hold {100 * taken:.2f} % of that"
         )
+
+
+def fill_fluid(fluid: Fluid, scene: Scene, mesh: SurfaceMesh | None) -> Filling:
+    """The particles of a fluid of a scene; mesh: of its shell, where it has one."""
+    name = getattr(fluid.fill, "shell", None)
+    if name is None:
+        return fill(fluid, scene.numerics.spacing)
+    shell = next(s for s in scene.shells if s.name == name)
+    return fill(fluid, scene.numerics.spacing, mesh, shell.thickness, shell.surface)
 
 
 def fill(fluid: Fluid, spacing: float, mesh: SurfaceMesh | None = None, thickness: float = 0.0, surface=None) -> Filling:
@@ -114,9 +124,9 @@ def _crossings(xy: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.nd
         a, b, c = (triangles[t, k] for k in range(3))
         u, v, w = b[:, :2] - a[:, :2], c[:, :2] - a[:, :2], p - a[:, :2]
         area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            l1, l2 = (w[:, 0] * v[:, 1] - w[:, 1] * v[:, 0]) / area, (u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0]) / area
-            hit = (l1 >= 0) & (l2 >= 0) & (l1 + l2 <= 1)
+        area[area == 0] = np.inf  # stands upright: no line through it but at its edge
+        l1, l2 = (w[:, 0] * v[:, 1] - w[:, 1] * v[:, 0]) / area, (u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0]) / area
+        hit = (l1 >= 0) & (l2 >= 0) & (l1 + l2 <= 1) & np.isfinite(area)
         lines.append(line[hit])
         heights.append((a[:, 2] + l1 * (b[:, 2] - a[:, 2]) + l2 * (c[:, 2] - a[:, 2]))[hit])
     return np.concatenate(lines), np.concatenate(heights)
@@ -187,7 +197,8 @@ def _revolved(surface, thickness: float, axis: str, level: float) -> float | Non
     outside = np.maximum(np.maximum(bottom - z, z - bottom - surface.length), 0.0)  # height above the rim, in a dome
     square = np.full_like(z, R * R)
     if half > 0:
-        square = np.minimum(square, np.maximum((sphere - e) ** 2 - (sphere * np.cos(half) + outside) ** 2, 0.0))
+        dome = np.maximum((sphere - e) ** 2 - (sphere * np.cos(half) + outside) ** 2, 0.0)
+        square = np.where(outside > 0, np.minimum(square, dome), square)
     return float(np.pi * square.mean() * (stop - start))
 
 

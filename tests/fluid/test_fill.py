@@ -1,0 +1,63 @@
+"""Fillings: inside, clear of the wall, true mass; what cannot be is refused with a sentence."""
+
+import numpy as np
+import pytest
+
+from taichi_sph.errors import SceneError
+from taichi_sph.model.fill import fill
+from taichi_sph.model.surfaces import generate
+from taichi_sph.scene import CappedTank, Cylinder, Numerics
+from taichi_sph.scene.fluid import Fluid, FluidBox, ShellFill
+
+D, E = 0.0125, 0.001
+CAN = Cylinder(radius=0.15, length=0.4, ends="discs", origin=(1.0, 0, 0))
+TANK = CappedTank(radius=0.15, length=0.3, axis="x", origin=(0.0, 2.0, 0.0))
+
+
+def filled(surface, level=None, axis="z"):
+    return fill(Fluid(name="water", fill=ShellFill(shell="tank", level=level, axis=axis)), D, generate(surface, Numerics(spacing=D)), E, surface)
+
+
+@pytest.mark.parametrize("level, height", [(None, 0.4 - E), (0.2, 0.2 - E / 2)])
+def test_can(level, height):
+    f = filled(CAN, level)
+    clear = D / 2 + E / 2
+    x = f.points - [1.0, 0, 0]
+    assert np.hypot(x[:, 0], x[:, 1]).max() < 0.15 - clear + 1e-6
+    assert x[:, 2].min() == pytest.approx(clear) and x[:, 2].max() < (level or 0.4 - E / 2) - D / 2 + 1e-9
+    assert f.mass * len(x) == pytest.approx(1000 * np.pi * (0.15 - E / 2) ** 2 * height, rel=1e-6)
+    assert 0.85 < len(x) * D**3 / f.volume < 1 and f.spacing == pytest.approx(np.cbrt(f.mass / 1000))
+    assert len(np.unique(np.round(x / D * 8).astype(int), axis=0)) == len(x)
+
+
+def test_domed_tank_across_its_axis():
+    f = filled(TANK, 0.0)
+    assert f.volume == pytest.approx(0.5 * (np.pi * 0.1495**2 * 0.3 + 4 / 3 * np.pi * 0.1495**3), rel=0.01)
+    x = f.points - [0, 2.0, 0]
+    beyond = np.maximum(np.maximum(-x[:, 0], x[:, 0] - 0.3), 0)
+    assert np.sqrt(x[:, 1] ** 2 + x[:, 2] ** 2 + beyond**2).max() < 0.15 - D / 2 - E / 2 + 1e-4
+    assert x[:, 2].max() < -D / 2 + 1e-9
+
+
+def test_domed_tank_along_its_axis():
+    f = filled(TANK, None, "x")
+    assert f.volume == pytest.approx(np.pi * 0.1495**2 * 0.3 + 4 / 3 * np.pi * 0.1495**3, rel=1e-5)
+
+
+def test_box():
+    f = fill(Fluid(name="water", fill=FluidBox(lo=(0, 0, 0), hi=(0.1, 0.2, 0.05))), 0.01)
+    assert len(f.points) == 10 * 20 * 5 and f.mass == pytest.approx(1e-3) and f.points.min() == pytest.approx(0.005)
+
+
+@pytest.mark.parametrize(
+    "surface, level, said",
+    [
+        (CAN, 0.5, "level 0.5 m lies outside the shell 'tank', whose inside reaches from 0.0005 to 0.3995 m along z"),
+        (CAN, -0.1, "lies outside"),
+        (CAN, 0.01, "no particle of 0.0125 m fits"),
+        (Cylinder(radius=0.15, length=0.4), 0.2, "is open"),
+    ],
+)
+def test_refused(surface, level, said):
+    with pytest.raises(SceneError, match=said):
+        filled(surface, level)
