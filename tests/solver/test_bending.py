@@ -27,7 +27,7 @@ from taichi_sph.scene import (
 )
 from taichi_sph.scene.supports import Edge, clamped, held
 
-from ..shells import of_nodes, shell_scene, spin, start
+from ..shells import forces, of_nodes, shell_scene, spin, start, turned
 from . import ritz
 
 ROOT = __import__("pathlib").Path(__file__).resolve().parents[2]
@@ -220,6 +220,52 @@ def test_extremes_stay_bounded(name, cells):
     last = sim.energies()
     total = first["kinetic"] + first["elastic"]
     assert last["kinetic"] + last["elastic"] == pytest.approx(total, rel=2e-2)
+
+
+def test_a_hole_stays_bounded(tmp_path):
+    """A plate with a hole, from a mesh file: no load, no energy; its free inner edge pulls at nothing when it turns."""
+    import meshio
+    from scipy.spatial.transform import Rotation
+
+    from taichi_sph.scene import MeshFile
+
+    n = 8
+    x, y = np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0), indexing="ij")
+    number = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+    quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1)
+    ring = np.ones((n, n), bool)
+    ring[3:5, 3:5] = False
+    quads = quads[ring]
+    used, cells = np.unique(quads, return_inverse=True)
+    points = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1)[used] / n
+    meshio.write(tmp_path / "hole.vtu", meshio.Mesh(points, [("quad", cells.reshape(-1, 4))]))
+    scene = shell_scene("flat", duration=1.0)
+    shell = scene.shells[0].model_copy(update={"surface": MeshFile(path=tmp_path / "hole.vtu")})
+    sim = start(scene.model_copy(update={"shells": (shell,)}))
+    assert sim.nodes.n == 80 and sim.cells.n == 60
+    f, couple, energy = forces(sim, *turned(sim, Rotation.from_rotvec([1.0, 0.4, -2.0]), (1.0, 0.0, 0.0)))
+    assert np.abs(f).max() < 1e-11 * 210e9 * 0.05 and energy < 1e-22 * 210e9 * 0.05
+    runtime.put(sim.nodes.d, 0 * of_nodes(sim, "d"))
+    runtime.put(sim.nodes.u, 0 * of_nodes(sim, "u"))
+    runtime.put(sim.nodes.v, np.random.default_rng(4).standard_normal((80, 3)))
+    sim.advance(1)
+    first = sim.energies()
+    sim.advance(400)
+    last = sim.energies()
+    assert last["kinetic"] + last["elastic"] == pytest.approx(first["kinetic"] + first["elastic"], rel=2e-2)
+
+
+def test_a_single_node_is_refused(tmp_path):
+    import meshio
+
+    from taichi_sph.model.plan import plan
+    from taichi_sph.scene import MeshFile
+
+    meshio.write(tmp_path / "node.vtu", meshio.Mesh(np.zeros((1, 3)), [("vertex", np.array([[0]]))]))
+    scene = shell_scene("flat")
+    shell = scene.shells[0].model_copy(update={"surface": MeshFile(path=tmp_path / "node.vtu")})
+    with pytest.raises(SceneError):
+        plan(scene.model_copy(update={"shells": (shell,)}))
 
 
 def test_tension_to_half_its_length_again():
