@@ -169,6 +169,133 @@ def measure(nodes: int, arch: str, threads: int | None, precision: str, formulat
     return found
 
 
+# the same of a step of water, all letters per particle (N) or per entry of a list (L); lists and sort are made anew
+# in every so-many-th step, and what they move is shared among the steps between
+FLUID_TRAFFIC = {
+    "pack": {"read": {"x": "N", "v": "N", "s": "N", "rate": "N", "rate_before": "N"}, "write": {"pair": "N"}},
+    "act": {
+        "read": {"number": "N", "near": "L", "pair": "N", "s": "N", "rate": "N", "missed": "N", "mass": "N", "viscous": "N",
+                 "diffused": "N", "lag": "N"},
+        "write": {"force": "N", "s": "N", "rate": "N", "rate_before": "N", "missed": "N", "viscous": "N", "diffused": "N", "lag": "N"},
+    },
+    "drift": {"read": {"x": "N", "v": "N", "force": "N", "mass": "N", "ahead": "N"}, "write": {"x": "N", "v": "N", "kinetic": "N"}},
+    "moved": {"read": {"x": "N", "built": "N"}, "write": {}},
+}  # fmt: skip
+FLUID_SIZES = (10_000, 31_600, 100_000, 316_000, 1_000_000)
+FLUID_BARS = {"particle_steps_per_second": 3.0e6}
+
+
+def measure_fluid(particles: int, arch: str, threads: int | None, precision: str) -> dict[str, Any]:
+    """Steps a cube of about so many water particles (52 neighbours, stirred at up to 50 m/s, so that lists wear out)."""
+    import numpy as np
+
+    from . import runtime
+    from .scene.fluid import Fluid, FluidBox
+    from .solver.fluid_body import FluidBody
+
+    runtime.start(arch, precision, threads)
+    side, d = round(particles ** (1 / 3)), 1e-3
+    x = np.stack(np.meshgrid(*[np.arange(side)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    x = d * (x + 0.5 + np.random.default_rng(0).uniform(-0.15, 0.15, x.shape))
+    fluid = Fluid(name="water", fill=FluidBox(lo=(0, 0, 0), hi=(side * d,) * 3))
+    b = FluidBody(fluid, x, d, 1000 * d**3)
+    n = b.p.n
+    runtime.put(b.p.v, 30 * np.sin(40 * runtime.get(b.p.x, n)[:, [1, 2, 0]]))
+    dt, before = 0.9 * b.stable_dt(), 0.0
+
+    def step() -> None:
+        nonlocal before
+        b.rates(before, dt)
+        b.kick_and_drift(before, dt)
+        before = dt
+
+    for _ in range(3):
+        step()
+    runtime.ti.sync()
+    sorts, best, steps, spent = b.sorts, 0.0, 0, 0.0
+    while spent < SECONDS:
+        began = clock.perf_counter()
+        chunk = 0
+        first = b.sorts
+        while b.sorts < first + 2:  # whole lives of a list
+            step()
+            chunk += 1
+        runtime.ti.sync()
+        took = clock.perf_counter() - began
+        best, steps, spent = max(best, chunk / took), steps + chunk, spent + took
+    fields = runtime.current().fields
+    listed = int(runtime.get(b.near.number, n).sum())
+    moved = {
+        kernel: sum(
+            fields[f"water.{name}"] * (listed if letter == "L" else n) / runtime.capacity(n * b.near.width if letter == "L" else n)
+            for way in arrays.values()
+            for name, letter in way.items()
+        )
+        / n
+        for kernel, arrays in FLUID_TRAFFIC.items()
+    }
+    return {
+        "precision": precision,
+        "particles": n,
+        "neighbours": inside(b),
+        "listed": listed / n - 1,
+        "steps": steps,
+        "steps_per_list": steps / (b.sorts - sorts),
+        "particle_steps_per_second": n * steps / spent,
+        "best_particle_steps_per_second": n * best,
+        "memory_per_particle": runtime.current().bytes / n,
+        "bytes_per_particle_step": moved,
+    }
+
+
+def inside(b: Any) -> float:
+    """Mean number of neighbours within the support, of a sample away from the surface."""
+    import numpy as np
+    from scipy.spatial import cKDTree
+
+    from . import runtime
+
+    x = runtime.get(b.p.x, b.p.n)
+    reach = 2 * b.water.support * b.p.spacing
+    deep = ((x > x.min(axis=0) + reach) & (x < x.max(axis=0) - reach)).all(axis=1)
+    return float(np.mean(cKDTree(x).query_ball_point(x[deep][:1000], reach, return_length=True)) - 1)
+
+
+def main_fluid(sizes: tuple[int, ...], arch: str, threads: int | None, precision: str, out: Path | None = None) -> None:
+    """Prints the table of the fluid; `out` keeps it as JSON."""
+    from .numerics.triad import bandwidth
+    from .output.record import machine, versions
+
+    about = machine()
+    print(f"{about['processor']}, {about['cores']} cores, {arch}, threads {threads or 'all'}")
+    limit = bandwidth(arch, threads)
+    print(f"memory bandwidth (triad): {limit / 1e9:.1f} GB/s")
+    print("\nreal  particles  neighb.  listed  steps  per list  M part-st/s   best  B/part-st   GB/s  of mem  B/part")
+    rows = []
+    for size, real in [(size, precision) for size in sizes or FLUID_SIZES] + ([] if sizes else [(100_000, "f32")]):
+        r = measure_fluid(size, arch, threads, real)
+        moved = sum(r["bytes_per_particle_step"].values())
+        r["share_of_bandwidth"] = moved * r["particle_steps_per_second"] / limit
+        rows.append(r)
+        print(
+            f"{real}  {r['particles']:9d} {r['neighbours']:8.1f} {r['listed']:7.1f} {r['steps']:6d} {r['steps_per_list']:9.1f}"
+            f" {r['particle_steps_per_second'] / 1e6:12.2f} {r['best_particle_steps_per_second'] / 1e6:6.2f} {moved:10.0f}"
+            f" {moved * r['particle_steps_per_second'] / 1e9:6.1f} {r['share_of_bandwidth']:7.0%} {r['memory_per_particle']:7.0f}",
+            flush=True,
+        )
+    content = {"machine": about, "versions": versions(), "arch": arch, "threads": threads, "bandwidth": limit, "sizes": rows}
+    if len(rows) > 2:
+        plain = [{"nodes": r["particles"], "node_steps_per_second": r["particle_steps_per_second"]} for r in rows if r["precision"] == precision]
+        content["exponent"] = exponent(plain)
+        print(f"cost per step ~ particles^{content['exponent']:.3f}")
+    r = min(rows, key=lambda r: (r["precision"] != precision, abs(math.log(r["particles"] / 1e5))))
+    bar = FLUID_BARS["particle_steps_per_second"]
+    print(f"bar: {bar / 1e6:g} M particle-steps/s {'met' if r['particle_steps_per_second'] >= bar else 'MISSED'}")
+    if out is not None:
+        out.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+        print(f"written: {out}")
+
+
 def first_step(arch: str) -> dict[str, float]:
     """Seconds from the command to the end of the first step, with an empty cache of kernels and with a full one."""
     from .scene.script import dump

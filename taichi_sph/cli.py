@@ -195,12 +195,13 @@ def bench(
     arch: ArchOption = "cpu",
     threads: ThreadsOption = None,
     precision: Annotated[Literal["f64", "f32"], typer.Option("--precision")] = "f64",
+    fluid: Annotated[bool, typer.Option("--fluid", help="Of water instead of a shell.")] = False,
     out: Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE", help="Keep the numbers as JSON.")] = None,
 ) -> None:
     """Measure node-steps per second, bytes per node-step, memory bandwidth and time to the first step."""
     from . import bench as measuring
 
-    measuring.main(tuple(nodes or ()), arch, threads, precision, out)
+    (measuring.main_fluid if fluid else measuring.main)(tuple(nodes or ()), arch, threads, precision, out)
 
 
 @app.command()

@@ -2,6 +2,7 @@
 
 from .check import checked, sentence
 from .rigid import Pinball, PinballContact, Rigid
+from .fluid import Acoustic, Fluid, FluidBox, Hole, ShellFill, Tait, Wall, Water
 from .schema import (
     Ball,
     Box,
@@ -46,6 +47,7 @@ from .surfaces import CappedTank, Cylinder, Disc, Roof, SpherePatch
 from .units import Angle, Density, Dimensionless, Force, Length, Pressure, Speed, Spin, Time, to_si
 
 __all__ = [
+    "Acoustic", "Fluid", "FluidBox", "Hole", "ShellFill", "Tait", "Wall", "Water",
     "Angle", "CappedTank", "Cylinder", "Disc", "Roof", "SpherePatch",
     "Ball", "Box", "Collocation", "Convergence", "Cut", "Delay", "Density", "Dimensionless", "Force", "Galerkin",
     "InitialVelocity", "Length", "Material", "Mazars", "MeshFile", "Modes", "NodalForce", "NodalMoment", "Numerics", "Output", "Outside", "Perfect", "Plate", "Power",
