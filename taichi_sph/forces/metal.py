@@ -177,47 +177,46 @@ def _section(cells: ti.template(), material: ti.template(), s, d: ti.template(),
     before = cells.stress[s]
     trial = _trial(material, sheared, before, d)
     stress = trial
-    first = cells.flow[s]
-    rate = first * 0.0
+    flow = cells.flow[s]
+    rate = flow * 0.0
     if ti.static(material.rated):
         rate = cells.rate[s]
         if dt > 0.0:
             latest = ti.sqrt(_rate2(d)) / dt
             cells.rate[s] = latest
             rate = 0.5 * (rate + latest)
-    D_0 = first * 0.0
+    D_0 = flow * 0.0
     if ti.static(material.damages):
         D_0 = cells.delayed[s]
-    dp = first * 0.0
+    dp = flow * 0.0
     p = dp
     alpha, kappa = material.alpha[0], material.kappa[0]
     trial2 = von_mises.equivalent2(trial, alpha, kappa)
-    if trial2 > first * first:
-        factor = first * 0.0 + 1.0
+    if trial2 > flow * flow:
+        factor = flow * 0.0 + 1.0
         if ti.static(material.rated):
             factor = johnson_cook.factor(rate, material.C[0], material.rate0[0])
-        first *= factor
-        if trial2 > first * first:
+        if trial2 > (factor * flow) ** 2:
             bulk, shear = 0.5 * young / (1.0 - nu), 1.5 * young / (1.0 + nu)
             p = cells.plastic[s]
             lam = p
             if ti.static(material.damages):
                 lam = cells.hardening[s]
-            flow = first
+            now = flow
             if ti.static(material.bends):
-                stress, dp, flow = von_mises.return_section(
-                    material, trial, bulk, shear, sheared, first, lam, 1.0 - D_0, factor
+                stress, dp, now = von_mises.return_section(
+                    material, trial, trial2, bulk, shear, sheared, flow, lam, 1.0 - D_0, factor
                 )
             else:
-                stress, dp, flow = von_mises.return_plane(material, trial, bulk, shear, first, lam, 1.0 - D_0, factor)
+                stress, dp, now = von_mises.return_plane(material, trial, bulk, shear, flow, lam, 1.0 - D_0, factor)
             p += dp
             if dt > 0.0:
                 cells.plastic[s] = p
                 if ti.static(material.damages):
                     cells.hardening[s] = lam + (1.0 - D_0) * dp
-                cells.flow[s] = flow / factor
+                cells.flow[s] = now / factor
                 if ti.static(material.rated):
-                    cells.limit[s] = flow
+                    cells.limit[s] = now
     if dt > 0.0:
         volume = material.thickness[0] * cells.area[s]
         D_1 = D_0
@@ -275,16 +274,15 @@ def _layered(cells: ti.template(), material: ti.template(), s, d: ti.template(),
             factor = zero + 1.0
             if ti.static(material.rated):
                 factor = johnson_cook.factor(rate, material.C[0], material.rate0[0])
-            first = factor * state[2]
-            if trial2 > first * first:
-                flow = first
-                stress, dp, flow = von_mises.return_plane(
-                    material, trial, bulk, shear, first, state[1], 1.0 - D_0, factor
+            if trial2 > (factor * state[2]) ** 2:
+                now = zero
+                stress, dp, now = von_mises.return_plane(
+                    material, trial, bulk, shear, state[2], state[1], 1.0 - D_0, factor
                 )
                 state[0] += dp
                 state[1] += (1.0 - D_0) * dp
-                state[2] = flow / factor
-                limit += w * (flow - state[2])
+                state[2] = now / factor
+                limit += w * (now - state[2])
         D_1 = D_0
         if ti.static(material.damages):
             if dt > 0.0 and not _spared(cells, s):

@@ -4,7 +4,8 @@
     table    linear between points (plastic strain, stress), constant after the last
 
 For n < 1 the power's slope is infinite at lambda = 0; it only serves a guarded Newton iteration, and is taken at
-1e-9 there.
+1e-9 there. From one step to the next lambda grows by a little of itself, and six terms of the binomial series save
+the power: (1 + x)^n to 1e-12 for x <= 0.03.
 """
 
 from ..runtime import ti
@@ -20,6 +21,22 @@ def power(lam, A, B, n):
         if lam > 0.0:
             stress += slope * base / n * ti.min(lam / base, 1.0)
     return stress, slope
+
+
+@ti.func
+def power_after(lam, more, stress, A, B, n):
+    """(sigma_y, slope) [Pa] at lam + more, where it is `stress` at lam."""
+    x = more / ti.max(lam, 1e-30)
+    result, slope = stress, stress * 0.0
+    if x <= 0.03:
+        grown = 1.0 + x * (n - 5.0) / 6.0
+        for k in ti.static((5, 4, 3, 2, 1)):
+            grown = 1.0 + x * (n - (k - 1)) / k * grown
+        hard = (stress - A) * grown
+        result, slope = A + hard, n * hard / ti.max(lam + more, 1e-9)
+    else:
+        result, slope = power(lam + more, A, B, n)
+    return result, slope
 
 
 @ti.func

@@ -30,6 +30,9 @@ one mode, and halving where it leaves the bracket. It cannot fail.
 from . import hardening
 from ..runtime import ti
 
+NEAR = 1e-6  # of sigma_y: Newton's last step takes it to the square of this
+EDGE = 1e-5  # of sigma_y^2: what may be left of (m, b) on the edge
+
 
 @ti.func
 def product(a11, a22, a12, b11, b22, b12):
@@ -64,23 +67,28 @@ def pressure2(s: ti.template(), alpha):
 
 
 @ti.func
-def strength_of(material: ti.template(), lam):
-    """(sigma_y, slope) [Pa] of the material's hardening."""
-    stress, slope = material.yield_stress[0], material.yield_stress[0] * 0.0
+def strength_after(material: ti.template(), lam, more, stress):
+    """(sigma_y, slope) [Pa] of the material's hardening at lam + more, where it is `stress` at lam."""
+    result, slope = stress, stress * 0.0
     if ti.static(material.tabulated):
-        stress, slope = hardening.table(lam, material.points, material.n_points[0])
-    else:
-        stress, slope = hardening.power(lam, material.yield_stress[0], material.hardening[0], material.exponent[0])
-    return stress, slope
+        result, slope = hardening.table(lam + more, material.points, material.n_points[0])
+    elif ti.static(material.exact):
+        result, slope = hardening.power_after(
+            lam, more, stress, material.yield_stress[0], material.hardening[0], material.exponent[0]
+        )
+    else:  # sums of small increments lose too much in f32
+        result, slope = hardening.power(lam + more, material.yield_stress[0], material.hardening[0], material.exponent[0])
+    return result, slope
 
 
 @ti.func
-def multiplier(material: ti.template(), a: ti.template(), k: ti.template(), first, lam, kept, rate_factor):
+def multiplier(material: ti.template(), a: ti.template(), k: ti.template(), flow, lam, kept, rate_factor):
     """(dp, sigma_y) that satisfy sum_j a_j / (1 + k_j dp / sigma_y)^2 = sigma_y(lam + kept dp)^2.
 
-    a: squares of the trial stress by mode [Pa2]; k: h g of the modes [Pa]; first: sigma_y at dp = 0, below the root
-    of sum a.
+    a: squares of the trial stress by mode [Pa2]; k: h g of the modes [Pa]; flow: sigma_y at dp = 0, without its rate
+    factor. dp = 0 where the trial stress lies within.
     """
+    first = rate_factor * flow
     trial2, least, steep = a[0] * 0.0, k[0], a[0] * 0.0
     for j in ti.static(range(a.n)):
         trial2 += a[j]
@@ -88,55 +96,61 @@ def multiplier(material: ti.template(), a: ti.template(), k: ti.template(), firs
         if a[j] > 0.0:
             least = ti.min(least, k[j])
     trial = ti.sqrt(trial2)
-    low, high = first * 0.0, (trial - first) / least
-    dp = ti.min((trial - first) * trial2 / steep, high)
-    flow = first
-    going, round = 1, 0
-    if trial <= first:
-        going, dp = 0, first * 0.0
-    while going == 1:
-        stress, slope = strength_of(material, lam + kept * dp)
-        flow = rate_factor * stress
-        slope *= rate_factor * kept
-        reach = dp / flow  # l, and its derivative after dp
-        reach_dp = (1.0 - reach * slope) / flow
-        eq2, eq2_l = first * 0.0, first * 0.0
-        for j in ti.static(range(a.n)):
-            d = 1.0 / (1.0 + k[j] * reach)
-            part = a[j] * d * d
-            eq2 += part
-            eq2_l -= 2.0 * k[j] * d * part
-        root = ti.sqrt(eq2)
-        off = flow / root - 1.0  # below the root: negative
-        if off < 0.0:
-            low = dp
-        else:
-            high = dp
-        after = dp - off * root / (slope - 0.5 * flow / eq2 * eq2_l * reach_dp)
-        if not (after > low and after < high):
-            after = 0.5 * (low + high)
-        round += 1
-        if ti.abs(off) <= material.accuracy[0] or round == 60 or high - low <= material.accuracy[0] * high:
-            going = 0
-        else:
+    dp, now = first * 0.0, first
+    if trial > first:
+        low, high = dp, (trial - first) / least
+        stress, slope = strength_after(material, lam, dp, flow)
+        dp = ti.min((trial - first) / (steep / trial2 + rate_factor * kept * slope), high)
+        going, round = 1, 0
+        while going == 1:
+            stress, slope = strength_after(material, lam, kept * dp, flow)
+            now = rate_factor * stress
+            slope *= rate_factor * kept
+            reach = dp / now  # l, and its derivative after dp
+            reach_dp = (1.0 - reach * slope) / now
+            eq2, eq2_l = first * 0.0, first * 0.0
+            for j in ti.static(range(a.n)):
+                d = 1.0 / (1.0 + k[j] * reach)
+                part = a[j] * d * d
+                eq2 += part
+                eq2_l -= 2.0 * k[j] * d * part
+            root = ti.sqrt(eq2)
+            off = now / root - 1.0  # negative below the root
+            if off < 0.0:
+                low = dp
+            else:
+                high = dp
+            after = dp - off * root / (slope - 0.5 * now / eq2 * eq2_l * reach_dp)
+            round += 1
+            if ti.abs(off) <= NEAR or round == 60:
+                going = 0  # the step that is still made squares what is left
+                after = ti.min(ti.max(after, low), high)
+                now += slope * (after - dp)
+            elif not (after > low and after < high):
+                after = 0.5 * (low + high)
             dp = after
-    return dp, flow
+    return dp, now
 
 
 @ti.func
-def return_plane(material: ti.template(), s: ti.template(), bulk, shear, first, lam, kept, rate_factor):
+def modes(x: ti.template(), y: ti.template()):
+    """The parts of the von Mises product of two plane stresses that belong to 11 + 22, and to 11 - 22 and 12."""
+    return 0.25 * (x[0] + x[1]) * (y[0] + y[1]), 0.75 * (x[0] - x[1]) * (y[0] - y[1]) + 3.0 * x[2] * y[2]
+
+
+@ti.func
+def return_plane(material: ti.template(), s: ti.template(), bulk, shear, flow, lam, kept, rate_factor):
     """(returned stress, dp, sigma_y) of a trial stress s (m11, m22, m12) beyond the surface; bulk = E/(2(1-nu)), shear = 3G."""
-    mean, half = 0.5 * (s[0] + s[1]), 0.5 * (s[0] - s[1])
-    a = ti.Vector([mean * mean, 3.0 * (half * half + s[2] * s[2])])
-    k = ti.Vector([bulk, shear])
-    dp, flow = multiplier(material, a, k, first, lam, kept, rate_factor)
-    mean /= 1.0 + bulk * dp / flow
-    less = 1.0 / (1.0 + shear * dp / flow)
-    return ti.Vector([mean + less * half, mean - less * half, less * s[2]]), dp, flow
+    a1, a2 = modes(s, s)
+    dp, now = multiplier(material, ti.Vector([a1, a2]), ti.Vector([bulk, shear]), flow, lam, kept, rate_factor)
+    mean, half = 0.5 * (s[0] + s[1]) / (1.0 + bulk * dp / now), 0.5 * (s[0] - s[1])
+    less = 1.0 / (1.0 + shear * dp / now)
+    r = ti.Vector([mean + less * half, mean - less * half, less * s[2]])
+    return r * (now / ti.sqrt(product(r[0], r[1], r[2], r[0], r[1], r[2]))), dp, now
 
 
 @ti.func
-def return_with(material: ti.template(), s: ti.template(), c, bulk, shear, sheared, first, lam, kept, rate_factor):
+def return_with(material: ti.template(), s: ti.template(), c, bulk, shear, sheared, flow, lam, kept, rate_factor):
     """(returned stress, dp, sigma_y) of a trial stress (m, b, s) beyond the surface, with cross coefficient c."""
     b2 = 3.0 * material.alpha[0] * material.alpha[0]
     off = 0.5 * (1.0 - b2)
@@ -144,75 +158,71 @@ def return_with(material: ti.template(), s: ti.template(), c, bulk, shear, shear
     gx, gy = 0.5 * (1.0 + b2) + radius, 0.5 * (1.0 + b2) - radius
     # direction of the larger one: (cos, sin) of half the angle of (off, c)
     cos2 = 0.5 + 0.5 * off / ti.max(radius, 1e-30)
-    cos = ti.sqrt(ti.max(cos2, 0.0))
-    sin = ti.sqrt(ti.max(1.0 - cos2, 0.0))
+    cos, sin = ti.sqrt(ti.max(cos2, 0.0)), ti.sqrt(ti.max(1.0 - cos2, 0.0))
     if c < 0.0:
         sin = -sin
-    m = ti.Vector([s[0], s[1], s[2]])
-    b = ti.Vector([s[3], s[4], s[5]])
+    m, b = ti.Vector([s[0], s[1], s[2]]), ti.Vector([s[3], s[4], s[5]])
     x, y = cos * m + sin * b, cos * b - sin * m
-    xm, xh, ym, yh = 0.5 * (x[0] + x[1]), 0.5 * (x[0] - x[1]), 0.5 * (y[0] + y[1]), 0.5 * (y[0] - y[1])
+    x1, x2 = modes(x, x)
+    y1, y2 = modes(y, y)
     across = 3.0 * material.kappa[0]
-    a = ti.Vector(
-        [
-            gx * xm * xm,
-            3.0 * gx * (xh * xh + x[2] * x[2]),
-            gy * ym * ym,
-            3.0 * gy * (yh * yh + y[2] * y[2]),
-            across * (s[6] * s[6] + s[7] * s[7]),
-        ]
-    )
+    a = ti.Vector([gx * x1, gx * x2, gy * y1, gy * y2, across * (s[6] * s[6] + s[7] * s[7])])
     k = ti.Vector([bulk * gx, shear * gx, bulk * gy, shear * gy, across * sheared])
-    dp, flow = multiplier(material, a, k, first, lam, kept, rate_factor)
-    reach = dp / flow
-    xm /= 1.0 + k[0] * reach
-    ym /= 1.0 + k[2] * reach
-    lx, ly, ls = 1.0 / (1.0 + k[1] * reach), 1.0 / (1.0 + k[3] * reach), 1.0 / (1.0 + k[4] * reach)
-    x = ti.Vector([xm + lx * xh, xm - lx * xh, lx * x[2]])
-    y = ti.Vector([ym + ly * yh, ym - ly * yh, ly * y[2]])
+    dp, now = multiplier(material, a, k, flow, lam, kept, rate_factor)
+    d = 1.0 / (1.0 + k * (dp / now))
+    xm, xh, ym, yh = 0.5 * d[0] * (x[0] + x[1]), 0.5 * d[1] * (x[0] - x[1]), 0.5 * d[2] * (y[0] + y[1]), 0.5 * d[3] * (y[0] - y[1])
+    x = ti.Vector([xm + xh, xm - xh, d[1] * x[2]])
+    y = ti.Vector([ym + yh, ym - yh, d[3] * y[2]])
     m, b = cos * x - sin * y, sin * x + cos * y
-    return ti.Vector([m[0], m[1], m[2], b[0], b[1], b[2], ls * s[6], ls * s[7]]), dp, flow
+    return ti.Vector([m[0], m[1], m[2], b[0], b[1], b[2], d[4] * s[6], d[4] * s[7]]), dp, now
 
 
 @ti.func
-def return_section(material: ti.template(), s: ti.template(), bulk, shear, sheared, first, lam, kept, rate_factor):
-    """(returned stress, dp, sigma_y) of a trial stress (m, b, s) beyond the surface; `sheared` = G_s / e.
+def return_section(material: ti.template(), s: ti.template(), trial2, bulk, shear, sheared, flow, lam, kept, rate_factor):
+    """(returned stress, dp, sigma_y) of a trial stress (m, b, s) beyond the surface, trial2 = sigma_eq^2 of it;
+    `sheared` = G_s / e.
 
-    Finds the cross coefficient t c_0, c_0 = sign (m, b) alpha / 2, with t = 1 or, where that would change the sign
-    of (m, b), the t that returns to the edge.
+    Finds the cross coefficient c: alpha / 2 where that leaves (m, b) > 0, -alpha / 2 where that leaves (m, b) < 0, or
+    the one between them that returns to the edge; (m, b) falls as c grows. To first order it falls by
+    l (1 + 3 alpha^2) (m, h b) + c l ((m, h m) + (b, h b)); a secant, kept between its bounds, does the rest.
     """
-    cross = product(s[0], s[1], s[2], s[3], s[4], s[5])
-    sign = 1.0
-    if cross < 0.0:
-        sign = -1.0
-    half = 0.5 * material.alpha[0]
+    m, b = ti.Vector([s[0], s[1], s[2]]), ti.Vector([s[3], s[4], s[5]])
+    x1, x2 = modes(m, b)
+    m1, m2 = modes(m, m)
+    b1, b2 = modes(b, b)
+    half, part = 0.5 * material.alpha[0], 3.0 * material.alpha[0] * material.alpha[0]
     low, high = -half, half
-    mm = product(s[0], s[1], s[2], s[0], s[1], s[2])
-    bb = product(s[3], s[4], s[5], s[3], s[4], s[5])
-    # how much (m, b) falls per c, from the strain that lies beyond the surface
-    excess = ti.sqrt(equivalent2(s, material.alpha[0], material.kappa[0])) / first - 1.0
-    t = ti.min(ti.abs(cross) / ti.max(excess * (mm + bb), 1e-30), half)
-    ended = t >= half  # whether t = 1 has been tried
-    r, dp, flow = return_with(material, s, sign * t, bulk, shear, sheared, first, lam, kept, rate_factor)
+    slip = (ti.sqrt(trial2) / (rate_factor * flow) - 1.0) * trial2 / (
+        bulk * (m1 + part * part * b1) + shear * (m2 + part * part * b2)
+    )
+    left = x1 + x2 - slip * (1.0 + part) * (bulk * x1 + shear * x2)
+    falls = ti.max(slip * (bulk * (m1 + b1) + shear * (m2 + b2)), 1e-30)
+    c = ti.min(ti.max(left / falls, -half), half)
+    r, dp, now = return_with(material, s, c, bulk, shear, sheared, flow, lam, kept, rate_factor)
+    c_last, left_last = c, left
     going, round = 1, 0
     while going == 1:
-        left = sign * product(r[0], r[1], r[2], r[3], r[4], r[5])
+        m, b = ti.Vector([r[0], r[1], r[2]]), ti.Vector([r[3], r[4], r[5]])
+        left = product(m[0], m[1], m[2], b[0], b[1], b[2])
         round += 1
-        if ti.abs(left) <= material.edge[0] * flow * flow or (t >= half and left >= 0.0) or round == 30:
+        if ti.abs(left) <= EDGE * now * now or (c >= half and left > 0.0) or (c <= -half and left < 0.0) or round == 40:
             going = 0
         else:
             if left > 0.0:
-                low = t
+                low = c
             else:
-                high = t
-            rm = product(r[0], r[1], r[2], r[0], r[1], r[2])
-            rb = product(r[3], r[4], r[5], r[3], r[4], r[5])
-            t += left / ti.max(dp / flow * shear * (rm + rb), 1e-30)
-            if t >= half and not ended:
-                t, ended = half, True
-            elif not (t > low and t < high):
-                t = 0.5 * (low + high)
-            r, dp, flow = return_with(material, s, sign * t, bulk, shear, sheared, first, lam, kept, rate_factor)
-    # what the edge leaves of (m, b) is taken by B.13: exactly onto the surface
-    r *= flow / ti.sqrt(equivalent2(r, material.alpha[0], material.kappa[0]))
-    return r, dp, flow
+                high = c
+            if round == 1:
+                m1, m2 = modes(m, m)
+                b1, b2 = modes(b, b)
+                falls = ti.max(dp / now * (bulk * (m1 + b1) + shear * (m2 + b2)), 1e-30)
+            elif (left_last - left) * (c - c_last) > 0.0:
+                falls = (left_last - left) / (c - c_last)
+            c_last, left_last = c, left
+            c = ti.min(ti.max(c + left / falls, -half), half)  # a bound is tried itself before it is approached
+            if c <= low and low > -half or c >= high and high < half or round % 4 == 0:
+                c = 0.5 * (low + high)
+            r, dp, now = return_with(material, s, c, bulk, shear, sheared, flow, lam, kept, rate_factor)
+    # what is left of the edge and of Newton is taken by B.13: exactly onto the surface
+    r *= now / ti.sqrt(equivalent2(r, material.alpha[0], material.kappa[0]))
+    return r, dp, now

@@ -187,9 +187,8 @@ class MaterialPool:
         self.tabulated = strength.kind == "table"
         self.rated = strength.kind == "johnson_cook"
         self.layers = strength.layers or 0
-        exact = runtime.current().real == ti.f64
+        self.exact = runtime.current().real == ti.f64
         values = {"alpha": strength.alpha, "kappa": strength.kappa}
-        values |= {"accuracy": 1e-10 if exact else 2e-6, "edge": 1e-6 if exact else 1e-4}  # of the return
         if self.tabulated:
             self.points = runtime.new("material.points", len(strength.points), 2)
             self.n_points = runtime.new("material.n_points", 1, dtype="i32")
