@@ -28,7 +28,10 @@ from .scene.study import Study
 from .scene.units import show
 
 BEAT = 0.5  # s of wall clock between looks at the clock, the keyboard and the screen
-TRACK_UNITS = {"v": "m/s", "f": "N"}  # by the first letter of a column of a rigid body; places are in m
+LEAK_UNITS = {
+    "escaped_mass": "kg", "escaped_count": "-", "rate": "kg/s", "jet_speed": "m/s", "jet_x": "-", "jet_y": "-", "jet_z": "-",
+    "opening_area": "m2",
+}  # fmt: skip
 SCENE_FILE, SUMMARY_FILE, LOG_FILE = "scene.json", "summary.json", "log.txt"
 OURS = ("frames", "histories", "checkpoints", "stopped", "pictures", "record.json", SUMMARY_FILE, LOG_FILE)
 
@@ -97,6 +100,13 @@ class Clocks:
     @property
     def seconds(self) -> dict[str, float]:
         return {"compile": self.compile, "advance": self.advance, "write": self.write}
+
+
+def track_unit(name: str, column: str) -> str:
+    """Unit of a column of a body's history: of the leak its own, of a rigid body by its first letter."""
+    if name == "leak":
+        return LEAK_UNITS[column]
+    return {"v": "m/s", "f": "N"}.get(column[0], "m")
 
 
 def default_out(scene: Scene | Study) -> Path:
@@ -241,7 +251,7 @@ class _Session:
         }
         self.tracks = {
             name: HistoryWriter(
-                out / "histories" / f"{name}.csv", {"time": "s"} | {k: TRACK_UNITS.get(k[0], "m") for k in values}, resumed_at
+                out / "histories" / f"{name}.csv", {"time": "s"} | {k: track_unit(name, k) for k in values}, resumed_at
             )
             for name, values in sim.tracks().items()
         }

@@ -221,9 +221,9 @@ VARIANTS = (
 def variants(scene: Scene, cells: int = 12, count: int = 12, compared: Callable = compare) -> dict[tuple[str, str, float], Spectrum | Bent]:
     """The spectrum of every variant on the scene's material and spacing; the scene's own formulation keeps its numbers."""
     found = {}
+    own, plain = scene.numerics.formulation, square(scene, cells)  # without loads, which not every form can bear
     for kind, shape, irregularity in VARIANTS:
-        own = scene.numerics.formulation
-        changed = scene.derive(
+        changed = plain.derive(
             **{
                 "numerics.formulation": own if own.kind == kind else kind,
                 "numerics.cells": shape,

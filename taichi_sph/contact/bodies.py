@@ -30,6 +30,9 @@ class Bodies:
         self.nf = fluid.n if self.has_fluid else 0
         self.nr = rigids.n if self.has_rigids else 0
         self.n = self.ns + self.nf + self.nr
+        if self.has_fluid:
+            self.fluid_radius = runtime.new("contact.fluid_radius", 1, dtype="f64")  # m, D_0 / 2
+            self.fluid_radius[0] = 0.5 * fluid.spacing
         if self.has_shell:
             self.disc = runtime.new("contact.disc", self.ns, dtype="f64")  # m, radius of the node's disc
             self.half = runtime.new("contact.half", 1, dtype="f64")  # m, half the thickness

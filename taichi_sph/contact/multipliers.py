@@ -77,15 +77,18 @@ class Contact:
                 two = f"rigid '{names[owner[other]]}'"
             raise SceneError(f"{one} starts {1e3 * -gap[k]:.3g} mm inside {two}: move one of them away, pinballs touch at most")
 
-    def add(self, dt_before: float, dt: float, half_time: float) -> None:
-        """Forces of contact at the present time, once all others are known."""
+    def add(self, dt_before: float, dt: float, half_time: float, renumbered: bool = False) -> None:
+        """Forces of contact at the present time, once all others are known. renumbered: the fluid's particles stand in
+        another order than at the step before."""
         began = clock.perf_counter()
         bodies, pairs = self.bodies, self.pairs
         kick = 0.5 * (dt_before + dt)
         if bodies.has_rigids:
             place(bodies.rigids, bodies.rigids.n_balls)
             _rest(bodies.rigids, bodies.nr)
-        if 2.0 * self.travelled > 0.9 * self.skin:
+        if bodies.has_fluid:
+            _calm(bodies.fluid, bodies.nf)
+        if renumbered or 2.0 * self.travelled > 0.9 * self.skin:
             pairs.search(self.skin)
             self.travelled = 0.0
         self.travelled += dt * _fastest(bodies, bodies.ns, bodies.nf, bodies.nr)
@@ -178,6 +181,12 @@ def _rest(rigids: ti.template(), n: ti.i32):
 
 
 @ti.kernel
+def _calm(fluid: ti.template(), n: ti.i32):
+    for j in range(n):
+        fluid.push[j] *= 0.0
+
+
+@ti.kernel
 def _fastest(bodies: ti.template(), ns: ti.i32, nf: ti.i32, nr: ti.i32) -> ti.f64:
     """Largest speed of all points [m/s]."""
     top = ti.cast(0.0, ti.f64)
@@ -210,7 +219,7 @@ def _geometry(contact: ti.template(), k):
     if ti.static(contact.bodies.has_fluid):
         if kind == FLUID_SHELL or kind == FLUID_RIGID:
             c = ti.cast(contact.bodies.fluid.x[ball], ti.f64)
-            radius = 0.5 * ti.cast(contact.bodies.fluid.diameter[ball], ti.f64)
+            radius = contact.bodies.fluid_radius[0]
     if ti.static(contact.bodies.has_shell):
         if kind == RIGID_SHELL or kind == FLUID_SHELL:
             g, n, q = disc_gap(contact.bodies, other, c, radius)
@@ -374,10 +383,10 @@ def _push(contact: ti.template(), n_who: ti.i32, per_kick: ti.f64):
         force = per_kick * J
         if ti.static(contact.bodies.has_shell):
             if p < contact.bodies.ns:
-                contact.bodies.nodes.force[p] += force
+                contact.bodies.nodes.force[p] += ti.cast(force, float)
         if ti.static(contact.bodies.has_fluid):
             if p >= contact.bodies.ns and p < contact.bodies.ns + contact.bodies.nf:
-                contact.bodies.fluid.force[p - contact.bodies.ns] += force
+                contact.bodies.fluid.push[p - contact.bodies.ns] = ti.cast(force, float)
         if ti.static(contact.bodies.has_rigids):
             r = p - contact.bodies.ns - contact.bodies.nf
             if r >= 0:

@@ -74,7 +74,7 @@ class Pairs:
         if b.has_shell and (b.has_fluid or self.self_contact):
             _node_places(self, b.ns)
             largest = 0.75 * 1.5 * b.extent + b.half_thickness
-            ball = float(b.fluid.diameter_max) * 0.5 if b.has_fluid else 0.0
+            ball = 0.5 * b.fluid.spacing if b.has_fluid else 0.0
             self.grid.reach = largest + max(ball, b.half_thickness) + skin
             self.grid.rebuild()
         if b.has_rigids:
@@ -189,7 +189,7 @@ def _fluid_rigid(pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, b
     for j in range(n):
         found = 0
         c = ti.cast(pairs.bodies.fluid.x[j], ti.f64)
-        radius = 0.5 * ti.cast(pairs.bodies.fluid.diameter[j], ti.f64)
+        radius = pairs.bodies.fluid_radius[0]
         for p in range(pairs.bodies.rigids.n_balls):
             far = radius + pairs.bodies.rigids.ball_radius[p] + skin
             if (pairs.bodies.rigids.ball_x[p] - c).norm_sqr() < far * far:
@@ -207,7 +207,7 @@ def _fluid_shell(pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, b
     for j in range(n):
         found = 0
         c = ti.cast(pairs.bodies.fluid.x[j], ti.f64)
-        radius = 0.5 * ti.cast(pairs.bodies.fluid.diameter[j], ti.f64)
+        radius = pairs.bodies.fluid_radius[0]
         home = cube(c, inverse)
         for dx, dy, dz in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
             there = home + ti.Vector([dx, dy, dz])

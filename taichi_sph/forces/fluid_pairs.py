@@ -113,7 +113,7 @@ def _act(
             found = ti.Vector([-1, -1, -1])
             count = 0
             for k in range(t.walls.n):
-                if count < 3 and t.walls.height(k, t.p.x[i]) * inverse_0 < 1.0 and t.walls.stands(k, t.p.x[i]):
+                if count < 3 and t.walls.height(k, t.p.x[i]) * inverse_0 < 1.0 and t.walls.share(k, t.p.x[i], 2.0 * spacing) > 0.0:
                     found[count] = k
                     count += 1
             for image in range(1, 1 << count):
@@ -121,19 +121,20 @@ def _act(
                     j = near[m]
                     b = t.p.pair[j]
                     y, w = ti.Vector([b[0], b[1], b[2]]), ti.Vector([b[4], b[5], b[6]])
-                    there = 1
+                    whole = D * 0.0 + 1.0
                     for c in ti.static(range(3)):
                         if (image >> c) & 1:
                             k = found[c]
                             normal = ti.cast(t.walls.normal[k], float)
                             y -= 2.0 * (y.dot(normal) - ti.cast((t.walls.point[k] - origin).dot(t.walls.normal[k]), float)) * normal
                             w -= 2.0 * w.dot(normal) * normal
-                            if not t.walls.stands(k, t.p.x[j]):
-                                there = 0
-                    if there == 1:
+                            if t.walls.radius[k] > 0.0:  # i as j, so that forces and rates stay each other's transpose
+                                shares = t.walls.share(k, t.p.x[i], 2.0 * spacing) * t.walls.share(k, t.p.x[j], 2.0 * spacing)
+                                whole *= ti.cast(shares, float)
+                    if whole > 0.0:
                         one = _pair(x - y, v - w, D, p, b[3], b[7], g * 0.0, spacing, inverse_0, linear, quadratic, eps2)
-                        f0, f1, f2 = f0 + one[0], f1 + one[1], f2 + one[2]
-                        div, power = div + one[3], power + one[5]
+                        f0, f1, f2 = f0 + whole * one[0], f1 + whole * one[1], f2 + whole * one[2]
+                        div, power = div + whole * one[3], power + whole * one[5]
         V = D * D * D
         t.p.force[i] = V * ti.Vector([f0, f1, f2]) + t.p.mass[i] * ti.cast(gravity, float)
         before = t.p.s[i]

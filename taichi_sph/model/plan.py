@@ -15,7 +15,9 @@ from ..scene.rigid import Rigid
 from ..scene.schema import Numerics, Scene, Shell
 from ..scene.surfaces import MeshFile, Plate
 from ..scene.units import show
+from ..scene.fluid import Fluid
 from .cuts import cells_cut
+from .fill import fill_fluid
 from .mesh import SurfaceMesh
 from .meshfile import read_mesh
 from .normals import report
@@ -30,6 +32,7 @@ BYTES_PER_NODE = {
     ("collocation", "triangle"): 3200,
 }
 BENDING_BYTES_PER_NODE = 700
+FLUID_BYTES_PER_PARTICLE = 1100
 SINGLE = 0.75  # of it in f32: positions stay in f64, neighbour lists are integers
 FRAME_BYTES_PER_NODE = 45  # positions in f64, everything else in f32
 CHECKPOINT_BYTES_PER_NODE = 300
@@ -88,6 +91,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6) -> Plan:
     _check_modes(scene, meshes)
     bodies = tuple(_body(shell, meshes[shell.name], scene) for shell in scene.shells)
     bodies += tuple(_rigid(body, scene) for body in scene.rigids)
+    bodies += tuple(_fluid(fluid, scene, meshes) for fluid in scene.fluids)
     nodes = sum(body.nodes for body in bodies)
     dt = min(body.dt for body in bodies)
     steps = math.ceil(scene.duration / dt)
@@ -96,7 +100,8 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6) -> Plan:
         steps = scene.increments
         dt, work = scene.duration / steps, steps * RELAXATION
     kinds = {name: (scene.numerics.formulation.kind, _cells(mesh)) for name, mesh in meshes.items()}
-    memory = sum(
+    memory = FLUID_BYTES_PER_PARTICLE * sum(body.nodes for body in bodies if body.name in [f.name for f in scene.fluids])
+    memory += sum(
         body.nodes * (BYTES_PER_NODE[kinds[body.name]] + (BENDING_BYTES_PER_NODE if shell.motion == "free" else 0))
         for body, shell in zip(bodies, scene.shells)
     )
@@ -153,6 +158,24 @@ def _rigid(body: Rigid, scene: Scene) -> BodyPlan:
         spacing_max=2 * max(radii),
         dt=math.inf if scene.shells else scene.duration / 100,
         note=f"rigid, inertia {', '.join(f'{m:.3g}' for m in body.moments.diagonal())} kg m2 along x, y, z",
+    )
+
+
+def _fluid(fluid: Fluid, scene: Scene, meshes: dict[str, SurfaceMesh]) -> BodyPlan:
+    """Its particles, and the step of sound through them."""
+    filling = fill_fluid(fluid, scene, meshes.get(getattr(fluid.fill, "shell", None)))
+    analytic = fluid.water.density * filling.volume
+    return BodyPlan(
+        name=fluid.name,
+        nodes=len(filling.points),
+        stress_points=0,
+        mass=filling.mass * len(filling.points),
+        analytic_mass=analytic,
+        thickness=filling.spacing,
+        spacing_min=filling.spacing,
+        spacing_max=filling.spacing,
+        dt=scene.numerics.time_step_safety * 0.6 * filling.spacing / fluid.water.sound,
+        note=filling.sentence,
     )
 
 

@@ -30,6 +30,18 @@ class Walls:
         return (x - self.point[k]).dot(self.normal[k])
 
     @ti.func
+    def share(self, k, x, width):
+        """How much of an image wall k gives to x: 1, but 0 over its hole, growing over `width` around that."""
+        result = ti.cast(1.0, ti.f64)
+        if self.radius[k] > 0.0:
+            across = x - self.centre[k]
+            up = across.dot(self.normal[k])
+            result = ti.min(ti.max(((across - up * self.normal[k]).norm() - self.radius[k]) / width, 0.0), 1.0)
+            if up <= 0.0:
+                result = 0.0
+        return result
+
+    @ti.func
     def stands(self, k, x):
         """Whether wall k stands below x: not over its hole, and, where it has one, x not on its other side."""
         result = True

@@ -86,11 +86,12 @@ def rounded(shell: "Shell") -> None:
 
 def scene(s: "Scene") -> None:
     """Names, loads, and the size of the computation."""
-    if not (s.shells or s.rigids):
-        raise ValueError("shells and rigids are empty: a scene needs at least one body")
+    if not (s.shells or s.rigids or s.fluids):
+        raise ValueError("shells, rigids and fluids are empty: a scene needs at least one body")
     if len(s.shells) > 1:
         raise ValueError(f"shells has {len(s.shells)} entries; one body per scene can be computed so far")
     _rigids(s)
+    _fluids(s)
     names = [shell.name for shell in s.shells]
     for key in ("forces", "moments", "pressures", "motions", "initial"):
         for number, load in enumerate(getattr(s, key)):
@@ -151,6 +152,29 @@ def _rigids(s: "Scene") -> None:
     for key in ("static", "modes", "limit"):
         if getattr(s, key) is not None:
             raise ValueError(f"{key}: rigid bodies move in time; leave out {key} or rigids")
+
+
+def _fluids(s: "Scene") -> None:
+    """Fluids beside the rest of the scene."""
+    if not s.fluids:
+        if s.walls:
+            raise ValueError("walls hold fluids, and the scene has none: leave them out or add a fluid")
+        return
+    if len(s.fluids) > 1:
+        raise ValueError(f"fluids has {len(s.fluids)} entries; one fluid per scene can be computed so far")
+    shells = [shell.name for shell in s.shells]
+    for number, fluid in enumerate(s.fluids):
+        if fluid.name in [*shells, *(body.name for body in s.rigids)]:
+            raise ValueError(f"fluids[{number}].name: '{fluid.name}' is taken; names of bodies name their files")
+        inside = getattr(fluid.fill, "shell", None)
+        if inside is not None and inside not in shells:
+            raise ValueError(f"fluids[{number}].fill.shell: there is no shell '{inside}'{nearest(inside, shells)}")
+    for number, shell in enumerate(s.shells):
+        if shell.motion == "in_plane":
+            raise ValueError(f"fluids: shell '{shell.name}' moves in its plane and cannot hold a fluid; give it motion = 'free'")
+    for key in ("static", "modes", "limit"):
+        if getattr(s, key) is not None:
+            raise ValueError(f"{key}: a fluid moves in time; leave out {key} or fluids")
 
 
 def _still(s: "Scene", key: str, why: str) -> None:

@@ -14,6 +14,7 @@ from pydantic import Field, StrictBool, StrictInt, model_validator
 
 from . import plausible
 from .base import Choice, Frozen, Point
+from .fluid import Fluid, Wall
 from .materials import Delay, JohnsonCook, LemaitreChaboche, Material, Mazars, Perfect, Power, Table  # noqa: F401  (part of the vocabulary)
 from .rigid import PinballContact, Rigid
 from .surfaces import Disc, MeshFile, Plate, Surface
@@ -305,6 +306,8 @@ class Scene(Frozen):
     parameters: dict[str, StrictBool | StrictInt | float | str] = {}
     shells: tuple[Shell, ...] = ()
     rigids: tuple[Rigid, ...] = ()
+    fluids: tuple[Fluid, ...] = ()
+    walls: tuple[Wall, ...] = ()  # of the fluids
     forces: tuple[NodalForce, ...] = ()
     moments: tuple[NodalMoment, ...] = ()
     pressures: tuple[SurfacePressure, ...] = ()

@@ -72,7 +72,8 @@ class FluidBody:
             depth = points @ (self.gravity / np.linalg.norm(self.gravity))
             pressure = water.density * np.linalg.norm(self.gravity) * (depth - depth.min() + 0.5 * spacing)
             runtime.put(p.s, self.compression(pressure))
-        self.injected = 0.5 * mass * float((v**2).sum()) + self.stored()  # J, at t = 0
+        self.compressed = self.stored()  # J, at t = 0
+        self.injected = 0.5 * mass * float((v**2).sum()) + self.compressed  # J
         self.fallen_from, self.dt = self._potential(0.0), 0.0
         self._sort()
 
@@ -152,7 +153,7 @@ class FluidBody:
         """All that is history: lists are made again from the positions that they were made from."""
         p, near = self.p, self.near
         return {
-            f"{self.name}.numbers": np.array([self.dt, self.injected, self.fallen_from, self.sorts, near.width]),
+            f"{self.name}.numbers": np.array([self.dt, self.injected, self.fallen_from, self.compressed, self.sorts, near.width]),
             f"{self.name}.built": runtime.get(near.built, p.n),
             **{f"{self.name}.{name}": runtime.get(field, p.n) for name, field in p.history.items()},
         }
@@ -160,8 +161,8 @@ class FluidBody:
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Continue exactly from `state()`."""
         p, near = self.p, self.near
-        self.dt, self.injected, self.fallen_from = (float(x) for x in state[f"{self.name}.numbers"][:3])
-        self.sorts = int(state[f"{self.name}.numbers"][3])
+        self.dt, self.injected, self.fallen_from, self.compressed = (float(x) for x in state[f"{self.name}.numbers"][:4])
+        self.sorts = int(state[f"{self.name}.numbers"][4])
         runtime.put(p.x, np.asarray(state[f"{self.name}.built"]))
         near.order()  # the particles stand in this order already: it only counts the cells
         near.list()

@@ -10,13 +10,14 @@ from ..runtime import ti
 
 @ti.kernel
 def drift(p: ti.template(), walls: ti.template(), n: ti.i32, dt_before: float, dt: float, spacing: float, pushed: ti.i32):
+    # the work of contact is booked where its forces are made (contact.multipliers), that of walls here
     kick = 0.5 * (dt_before + dt)
     for i in range(n):
         before = p.v[i]
-        push = before * 0.0  # all that acts from outside
+        push = before * 0.0  # of the walls
+        after = before + kick / p.mass[i] * p.force[i]
         if pushed == 1:
-            push = p.push[i]
-        after = before + kick / p.mass[i] * (p.force[i] + push)
+            after += kick / p.mass[i] * p.push[i]
         for k in range(walls.n):
             if walls.stands(k, p.x[i]):
                 gap = walls.height(k, p.x[i]) - 0.5 * spacing

@@ -22,7 +22,8 @@ class Ledger:
 
     def __init__(self, sim):
         self.sim = sim
-        self.reducer = Reducer(max(sim.nodes.n, sim.cells.n) if sim.shell is not None else 1)
+        shell = max(sim.nodes.n, sim.cells.n) if sim.shell is not None else 1
+        self.reducer = Reducer(max(shell, sim.fluid.p.n if sim.fluid is not None else 1))
         self.injected = 0.0  # J, kinetic energy at t = 0
 
     def stored(self) -> float:
@@ -37,6 +38,8 @@ class Ledger:
         total = self.reducer.total(self.sim.nodes.kinetic, self.sim.nodes.n) if self.sim.shell is not None else 0.0
         if self.sim.rigids is not None:
             total += float(runtime.get(self.sim.rigids.kinetic, self.sim.rigids.n).sum())
+        if self.sim.fluid is not None:
+            total += self.reducer.total(self.sim.fluid.p.kinetic, self.sim.fluid.p.n)
         return total
 
     def entries(self) -> dict[str, float]:
@@ -49,6 +52,8 @@ class Ledger:
         external = 0.0
         if sim.shell is not None:
             external += self._shell(internal, numerical, still)
+        if sim.fluid is not None:
+            external += self._fluid(internal, numerical)
         if sim.rigids is not None:
             external += float(runtime.get(sim.rigids.work, sim.rigids.n).sum())
         if sim.contact is not None:
@@ -66,6 +71,14 @@ class Ledger:
             "B_percent": 100.0 * total_energy / scale,
             "closed_residual_percent": 100.0 * closed / scale,
         }
+
+    def _fluid(self, internal: dict[str, float], numerical: dict[str, float]) -> float:
+        """Adds what the fluid keeps and takes; returns what gravity and walls gave [J]."""
+        found = self.sim.fluid.energies()
+        internal["elastic"] += found["elastic"]
+        internal["fluid viscous"] = found["viscous"] + found["diffused"]
+        internal["lag"] = found["lag"]
+        return found["external"]
 
     def _shell(self, internal: dict[str, float], numerical: dict[str, float], still: bool) -> float:
         """Adds what the shell keeps and takes; returns what loads and reactions gave [J]."""

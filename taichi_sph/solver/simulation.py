@@ -21,10 +21,13 @@ from ..forces.spin_filter import SpinFilter
 from ..forces.viscosity import PairViscosity
 from ..model.build import build, initial_velocity, node_forces, node_moments, node_motions, rise
 from ..model.cuts import cells_cut
+from ..model.fill import fill_fluid
 from ..model.rigid import RigidBodies, place, spins
 from ..output.frame import BodyFrame, Frame
 from ..scene.rigid import PinballContact
 from ..scene.schema import Scene
+from .fluid_body import FluidBody
+from .leak import LeakGauge
 from .ledger import Ledger
 from .limit import LimitSearch
 from .modes import ModeSearch
@@ -33,6 +36,8 @@ from .rupture import Rupture
 from .stable_dt import StableStep
 from .step import step
 from .watchdog import Watchdog
+
+LOOK = 10  # steps between two looks at the speed of a fluid
 
 
 class Simulation:
@@ -48,7 +53,7 @@ class Simulation:
         self.scene = scene
         self.shell = scene.shells[0] if scene.shells else None
         self.time, self.step, self.dt, self._dt_before = 0.0, 0, 0.0, 0.0
-        self.relaxation = None
+        self.relaxation = self._fluid_start = None
         self.spacing = scene.numerics.spacing
         self.nodes = self.cells = self.mesh = self.material = self.internal = self.loads = self.rupture = self.stable = None
         self.terms, self.pressures, self.cut_cells = [], [], np.zeros(0, np.int32)
@@ -58,8 +63,12 @@ class Simulation:
         if self.rigids is not None and scene.gravity is not None:
             mass = np.array([body.mass for body in scene.rigids])
             runtime.put(self.rigids.weight, mass[:, None] * np.asarray(scene.gravity))
+        self.fluid = self._fluid() if scene.fluids else None
+        tank = getattr(scene.fluids[0].fill, "shell", None) if scene.fluids else None
+        self.leak = LeakGauge(self) if tank is not None else None
         meets_itself = self.shell is not None and bool(self.shell.self_contact)
-        self.contact = self._contact(meets_itself) if self.rigids is not None or meets_itself else None
+        meets = self.rigids is not None or (self.fluid is not None and self.shell is not None) or meets_itself
+        self.contact = self._contact(meets_itself) if meets else None
         self.ledger = Ledger(self)
         self.watchdog = Watchdog(self)
         if self.shell is not None:
@@ -108,14 +117,24 @@ class Simulation:
             np.concatenate([cells_cut(self.mesh, c.start, c.end) for c in self.shell.cuts] or [np.zeros(0, np.int32)])
         )
 
+    def _fluid(self) -> FluidBody:
+        """The fluid where it stands at the start."""
+        scene, fluid = self.scene, self.scene.fluids[0]
+        filling = fill_fluid(fluid, scene, self.mesh)
+        gravity = scene.gravity or (0.0, 0.0, 0.0)
+        return FluidBody(fluid, filling.points, filling.spacing, filling.mass, gravity, scene.walls)
+
     def _contact(self, meets_itself: bool) -> Contact:
         """Pinballs of all bodies (T 3.3)."""
         scene = self.scene
         thickness = self.shell.thickness if self.shell is not None else 0.0
-        bodies = Bodies(self.mesh, self.nodes, self.cells, self.loads, thickness, None, self.rigids)
+        fluid = self.fluid.p if self.fluid is not None else None
+        bodies = Bodies(self.mesh, self.nodes, self.cells, self.loads, thickness, fluid, self.rigids)
         lengths = [0.5 * p.radius for body in scene.rigids for p in body.pinballs]
         if self.shell is not None:
             lengths.append(self.spacing)
+        if fluid is not None:
+            lengths.append(fluid.spacing)
         return Contact(bodies, scene.numerics.contact or PinballContact(), meets_itself, 0.5 * min(lengths))
 
     def _formulation(self):
@@ -144,8 +163,17 @@ class Simulation:
     def _fit_dt(self) -> None:
         """The stable step, shortened so that a whole number of steps ends the run."""
         left = self.scene.duration - self.time
-        longest = self.stable.dt if self.stable is not None else self._rigid_dt()
+        longest = min(self._steps().values())
         self.dt = left / max(1, math.ceil(left / longest * (1 - 1e-12))) if left > 0 else longest
+
+    def _steps(self) -> dict[str, float]:
+        """The longest step of each body, by what rules it [s]."""
+        steps = {}
+        if self.stable is not None:
+            steps[f"{self.stable.safety:g} of 2/omega_max"] = self.stable.dt
+        if self.fluid is not None:
+            steps["sound in the fluid"] = self.scene.numerics.time_step_safety * self.fluid.stable_dt()
+        return steps or {"the smallest pinball": self._rigid_dt()}
 
     def _rigid_dt(self) -> float:
         """Of rigid bodies alone: so short that none moves by more than a twentieth of its smallest pinball [s]."""
@@ -159,11 +187,12 @@ class Simulation:
         """What rules dt, in words."""
         if self.relaxation is not None:
             return self.relaxation.rule
-        return f"{self.stable.safety:g} of 2/omega_max" if self.stable is not None else "the smallest pinball"
+        steps = self._steps()
+        return min(steps, key=steps.get)
 
     @property
     def n_nodes(self) -> int:
-        return (self.nodes.n if self.nodes is not None else 0) + (self.rigids.n_balls if self.rigids is not None else 0)
+        return (self.nodes.n if self.nodes is not None else 0) + (self.fluid.p.n if self.fluid is not None else 0)
 
     @property
     def stress_points(self) -> int:
@@ -192,13 +221,19 @@ class Simulation:
             if self.step == 0:
                 # the kinetic energy that the scheme conserves, 1/2 m v_-1/2 . v_+1/2: for a step load it starts
                 # below 1/2 m v_0^2 by 1/8 m (dt a_0)^2 and stays there
-                self.ledger.injected = self.ledger.kinetic()
+                self.ledger.injected = self.ledger.kinetic() + (self.fluid.compressed if self.fluid is not None else 0.0)
             self._dt_before = self.dt
             self.time += self.dt
             self.step += 1
-            if self.stable is not None and self.stable.watch():
+            if (self.stable is not None and self.stable.watch()) or self._fluid_hastens():
                 self._fit_dt()
         self.watchdog.look(self.energies())
+
+    def _fluid_hastens(self) -> bool:
+        """Whether the fluid has become too fast for the step; looked at now and then."""
+        if self.fluid is None or self.step % LOOK:
+            return False
+        return self.scene.numerics.time_step_safety * self.fluid.stable_dt() < self.dt
 
     def advance_to(self, time: float) -> None:
         """Whole steps until `time` is reached, but for the rounding of their sum, or passed."""
@@ -238,10 +273,10 @@ class Simulation:
         }
 
     def tracks(self) -> dict[str, dict[str, float]]:
-        """Place [m], velocity [m/s] and contact force [N] of each rigid body, by the name of its history."""
+        """By the name of its history: place [m], velocity [m/s] and contact force [N] of each rigid body; the leak (solver.leak)."""
+        found = {} if self.leak is None else {"leak": self.leak.look()}
         if self.rigids is None:
-            return {}
-        found = {}
+            return found
         fields = {"": self.rigids.x, "v": self.rigids.v, "f": self.rigids.force}
         values = {k: runtime.get(field, self.rigids.n) for k, field in fields.items()}
         for r, name in enumerate(self.rigids.names):
@@ -259,7 +294,19 @@ class Simulation:
             bodies.append(self._shell_frame())
         if self.rigids is not None:
             bodies += self._rigid_frames()
+        if self.fluid is not None:
+            bodies.append(self._fluid_frame())
         return Frame(self.time, self.step, tuple(bodies))
+
+    def _fluid_frame(self) -> BodyFrame:
+        data = self.fluid.frame()
+        points = data.pop("points")
+        n = len(points)
+        if self._fluid_start is None:
+            self._fluid_start = points if self.step == 0 else fill_fluid(self.scene.fluids[0], self.scene, self.mesh).points
+        outside = self.leak.outside if self.leak is not None else np.zeros(n, bool)
+        data |= {"reference": self._fluid_start, "diameter": np.full(n, self.fluid.p.spacing), "outside": outside.astype(np.uint8)}
+        return BodyFrame(self.fluid.name, points, np.zeros((0, 4), np.int32), data, {}, kind="fluid")
 
     def _rigid_frames(self) -> list[BodyFrame]:
         rigids = self.rigids
@@ -307,9 +354,9 @@ class Simulation:
     def _history(self) -> dict[str, object]:
         """Every field that is history, by name, with its length."""
         nodes, cells = self.nodes, self.cells
-        if nodes is None:
-            return self.rigids.history()
         fields = {} if self.rigids is None else self.rigids.history()
+        if nodes is None:
+            return fields
         fields |= {
             "nodes.u": (nodes.u, nodes.n),
             "nodes.v": (nodes.v, nodes.n),
@@ -335,7 +382,7 @@ class Simulation:
     def _parts(self) -> list:
         """What keeps history of its own, beside the pools."""
         shell = [self.rupture, self.stable, self.internal] if self.shell is not None else []
-        others = [part for part in (self.contact, self.relaxation) if part is not None]
+        others = [part for part in (self.fluid, self.leak, self.contact, self.relaxation) if part is not None]
         return [*shell, *self.terms, *self.pressures, *others]
 
     def state(self) -> dict[str, np.ndarray]:

@@ -30,10 +30,13 @@ def step(sim, dt_before: float, dt: float) -> None:
         for term in sim.terms:
             term.add(dt)
         sim.loads.update(sim.time)
+    renumbered = sim.fluid is not None and sim.fluid.rates(dt_before, dt)
     if sim.contact is not None:
-        sim.contact.add(dt_before, dt, half_time)
+        sim.contact.add(dt_before, dt, half_time, renumbered)
     if sim.shell is not None:
         _kick_and_drift(sim.nodes, sim.loads, sim.nodes.n, dt_before, dt, half_time)
+    if sim.fluid is not None:
+        sim.fluid.kick_and_drift(dt_before, dt, sim.contact is not None)
     if sim.rigids is not None:
         move(sim.rigids, sim.rigids.n, dt_before, dt)
 
