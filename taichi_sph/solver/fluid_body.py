@@ -23,7 +23,7 @@ from ..numerics.neighbours import Neighbours
 from ..numerics.reduce import Reducer
 from .fluid_motion import drift, fastest, stored_energy
 
-LIMIT = 0.60  # D / c: the step that is stable, of the pass by itself (docs/method.md)
+LIMIT = 0.515  # h / c: the step that is stable with alpha up to 1.5 (docs/method.md)
 
 
 @dataclass(frozen=True)
@@ -115,8 +115,8 @@ class FluidBody:
         self.dt = dt
 
     def stable_dt(self) -> float:
-        """Largest stable step [s] (before any safety): LIMIT D / (c + |v|)."""
-        return LIMIT * self.p.spacing / (self.water.sound + self.fastest())
+        """Largest stable step [s] (before any safety): LIMIT h / (c + |v|)."""
+        return LIMIT * self.water.support * self.p.spacing / (self.water.sound + self.fastest())
 
     def fastest(self) -> float:
         """Largest speed [m/s]; inf when a velocity is not finite."""

@@ -21,7 +21,7 @@ def body(points, *, water=None, gravity=(0.0, 0.0, 0.0), walls=(), precision="f6
     from taichi_sph.solver.fluid_body import FluidBody
 
     runtime.start("cpu", precision, threads)
-    fluid = Fluid(name="water", fill=FluidBox(lo=(0, 0, 0), hi=(1, 1, 1)), water=water or Water(), **settings)
+    fluid = Fluid(name="water", fill=FluidBox(lo=(0, 0, 0), hi=(1, 1, 1)), water=water or Water(tension=None), **settings)
     return FluidBody(fluid, np.asarray(points, float), SPACING, 1000 * SPACING**3, gravity, walls, skin)
 
 
