@@ -76,11 +76,11 @@ def _pack(t: ti.template(), n: ti.i32, origin: VECTOR, dt: float, stiffness: flo
 
 
 @ti.func
-def _pair(x, v, D, p, D_j, p_j, g, spacing, inverse_0, linear, quadratic, eps2):
+def _pair(x, v, D, p, D_j, p_j, g, half_by_spacing, inverse_0, linear, quadratic, eps2):
     """Of one neighbour: what it adds to force (3), div, spread, power, all over V_i; x and v relative to it."""
     square = x[0] * x[0] + x[1] * x[1] + x[2] * x[2]
     # 1 / (2 h_ij) by its series about D_0: no division, and right to 1e-6 for 6 % of compression
-    e = 1.0 - 0.5 * (D + D_j) / spacing
+    e = 1.0 - (D + D_j) * half_by_spacing
     inverse = inverse_0 * (1.0 + e * (1.0 + e * (1.0 + e)))
     G = w2_slope(ti.sqrt(square), inverse) * (D_j * D_j * D_j)
     along = v[0] * x[0] + v[1] * x[1] + v[2] * x[2]
@@ -101,11 +101,12 @@ def _act(
         x, v, D, p = ti.Vector([a[0], a[1], a[2]]), ti.Vector([a[4], a[5], a[6]]), a[3], a[7]
         f0, f1, f2, div, spread, power = D * 0.0, D * 0.0, D * 0.0, D * 0.0, D * 0.0, D * 0.0
         g = density * ti.cast(gravity, float)
+        half_by_spacing = 0.5 / spacing
         first = i * width
         for m in range(first, first + t.near.number[i]):
             b = t.p.pair[near[m]]
             y, w = x - ti.Vector([b[0], b[1], b[2]]), v - ti.Vector([b[4], b[5], b[6]])
-            one = _pair(y, w, D, p, b[3], b[7], g, spacing, inverse_0, linear, quadratic, eps2)
+            one = _pair(y, w, D, p, b[3], b[7], g, half_by_spacing, inverse_0, linear, quadratic, eps2)
             f0, f1, f2 = f0 + one[0], f1 + one[1], f2 + one[2]
             div, spread, power = div + one[3], spread + one[4], power + one[5]
         if ti.static(t.walls.n > 0):
@@ -132,7 +133,7 @@ def _act(
                                 shares = t.walls.share(k, t.p.x[i], 2.0 * spacing) * t.walls.share(k, t.p.x[j], 2.0 * spacing)
                                 whole *= ti.cast(shares, float)
                     if whole > 0.0:
-                        one = _pair(x - y, v - w, D, p, b[3], b[7], g * 0.0, spacing, inverse_0, linear, quadratic, eps2)
+                        one = _pair(x - y, v - w, D, p, b[3], b[7], g * 0.0, half_by_spacing, inverse_0, linear, quadratic, eps2)
                         f0, f1, f2 = f0 + whole * one[0], f1 + whole * one[1], f2 + whole * one[2]
                         div, power = div + whole * one[3], power + whole * one[5]
         V = D * D * D

@@ -48,7 +48,7 @@ class Constants:
 class FluidBody:
     """A Fluid of the scene at work. `p` the pool (x, v, mass, force, push, id), `near` cells and lists."""
 
-    def __init__(self, fluid, points: np.ndarray, spacing: float, mass: float, gravity=(0.0, 0.0, 0.0), walls=(), skin: float = 0.2):
+    def __init__(self, fluid, points: np.ndarray, spacing: float, mass: float, gravity=(0.0, 0.0, 0.0), walls=(), skin: float = 0.15):
         """fluid: scene.Fluid; points (N, 3) [m], spacing D_0 [m] and mass [kg] of one particle: model.fill.Filling;
         gravity [m/s2]; walls: scene.Wall; skin of the lists in spacings."""
         water = fluid.water

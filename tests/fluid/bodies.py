@@ -16,7 +16,7 @@ def lattice(counts, shaken: float = 0.0) -> np.ndarray:
     return SPACING * (points + shaken * np.random.default_rng(0).uniform(-1, 1, points.shape))
 
 
-def body(points, *, water=None, gravity=(0.0, 0.0, 0.0), walls=(), precision="f64", threads=None, skin=0.2, **settings):
+def body(points, *, water=None, gravity=(0.0, 0.0, 0.0), walls=(), precision="f64", threads=None, skin=0.15, **settings):
     """A FluidBody of those points in a Taichi started afresh."""
     from taichi_sph.solver.fluid_body import FluidBody
 
