@@ -60,6 +60,8 @@ class FluidBody:
         self.gravity = np.asarray(gravity, float)
         self.p = p = FluidParticles(fluid.name, points, mass, spacing)
         self.skin = skin * spacing
+        # 1e-3: supports grow by that at s = -0.3 %; of water torn further apart the lists may miss pairs at the very rim,
+        # where W' is below 3e-5 of its largest value, on both sides alike
         reach = 2.0 * fluid.support * spacing * (1.0 + 1e-3) + self.skin
         self.near = Neighbours(fluid.name, p.x, p.n, reach, spacing, np.array([points.min(axis=0), points.max(axis=0)]))
         self.walls = Walls(fluid.name, walls)
