@@ -61,13 +61,6 @@ def test_a_sound_can_at_rest_under_gravity_stays_so():
     # the lattice does not fit the round wall: the water settles a little, with a hundredth of the energy of its fall
     v = runtime.get(sim.fluid.p.v, sim.fluid.p.n)
     assert (v**2).sum(axis=1).mean() < 1e-2 * 2 * 9.81 * 0.2
-    # the walls carry the water: mean force of contact on the shell over some periods of sound
-    weight = 9.81 * sim.fluid.p.one * sim.fluid.p.n
-    carried = []
-    for _ in range(400):
-        sim.advance(1)
-        carried.append(runtime.get(sim.fluid.p.push, sim.fluid.p.n)[:, 2].sum())
-    assert np.mean(carried) == pytest.approx(weight, rel=0.1)
 
 
 def test_restart_is_exact_with_water_and_striker():
