@@ -237,9 +237,8 @@ class Simulation:
 
     def advance_to(self, time: float) -> None:
         """Whole steps until `time` is reached, but for the rounding of their sum, or passed."""
-        steps = math.ceil((time - self.time) / self.dt - 0.5e-6)
-        if steps > 0:
-            self.advance(steps)
+        while (steps := math.ceil((time - self.time) / self.dt - 0.5e-6)) > 0:
+            self.advance(steps)  # dt may become shorter on the way
 
     def energies(self) -> dict[str, float]:
         """The ledger [J] at the time of the last force evaluation, `time` [s] among them."""

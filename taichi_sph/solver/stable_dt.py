@@ -51,9 +51,9 @@ class StableStep:
         if self.sim.material.yields:
             _stiffest(self.partial, cells, self.sim.material, cells.n, self.blocks)
             needed = max(1.0, float(np.sqrt(runtime.get(self.partial, self.blocks).max())))
-            if 0.7 * self.stiffer < needed < 1.02 * self.stiffer or not needed < np.inf:
+            if not 1.02 * self.stiffer < needed < np.inf:
                 return False
-            self.stiffer = ROOM * needed  # less than before once what was crushed has broken off
+            self.stiffer = ROOM * needed
             return True
         g = runtime.get(cells.strain, cells.n)[:, :3].astype(np.float64)
         kept = np.where(runtime.get(cells.broken, cells.n) == 0, 1.0 - runtime.get(cells.delayed, cells.n), 0.0)
