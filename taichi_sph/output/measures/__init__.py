@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from ...errors import SceneError, nearest
 from ...scene import Scene
 from ..folder import RunFolder
-from . import cracks, fragments, leak, perforation, plates, waves
+from . import cracks, fluid, fragments, leak, perforation, plates, waves
 
 Measure = Callable[..., float | None]
 
@@ -32,6 +32,8 @@ MEASURES: dict[str, tuple[Measure, str]] = {  # name -> function, unit
     "pulse_return": (waves.pulse_return, ""),
     "history_value": (waves.history_value, ""),
     "history_peak": (waves.history_peak, ""),
+    "history_mean": (waves.history_mean, ""),
+    "history_period": (waves.history_period, "s"),
     "peak_time": (plates.peak_time, "s"),
     "displacement": (plates.displacement, "m"),
     "deflection_ratio": (plates.deflection_ratio, ""),
@@ -55,6 +57,15 @@ MEASURES: dict[str, tuple[Measure, str]] = {  # name -> function, unit
     "leaked_litres": (leak.leaked_litres, "l"),
     "jet_speed": (leak.jet_speed, "m/s"),
     "peak_pressure": (leak.peak_pressure, "Pa"),
+    "pressure_slope": (fluid.pressure_slope, ""),
+    "bottom_pressure": (fluid.bottom_pressure, ""),
+    "restlessness": (fluid.restlessness, ""),
+    "surge_deviation": (fluid.surge_deviation, ""),
+    "surge_speed": (fluid.surge_speed, ""),
+    "outflow": (fluid.outflow, ""),
+    "core_speed": (fluid.core_speed, ""),
+    "momentum_drift": (fluid.momentum_drift, ""),
+    "layer_pressure": (fluid.layer_pressure, "Pa"),
 }
 
 

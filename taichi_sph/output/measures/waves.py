@@ -64,3 +64,28 @@ def pulse_return(
     pair = [max(after - 1, 0), after]
     now = np.interp(time, file.times[pair], [amplitude(i) for i in pair])
     return float(now / amplitude(0))
+
+
+def history_mean(
+    run: RunFolder, scene: Scene, *, history: str, column: str, start: float = 0.0, end: float = math.inf
+) -> float | None:
+    """Mean over time of a column between `start` and `end` [s]; None without two samples there."""
+    found = run.history(history)
+    inside = (found.time >= start) & (found.time <= end)
+    t, values = found.time[inside], found[column][inside]
+    return float(np.trapezoid(values, t) / (t[-1] - t[0])) if len(t) > 1 else None
+
+
+def history_period(
+    run: RunFolder, scene: Scene, *, history: str, column: str, start: float = 0.0, end: float = math.inf
+) -> float | None:
+    """Mean period [s] of a column's swings about its mean between `start` and `end` [s], by its upward crossings; None with fewer than two."""
+    found = run.history(history)
+    inside = (found.time >= start) & (found.time <= end)
+    t, y = found.time[inside], found[column][inside]
+    if len(t) < 3:
+        return None
+    y = y - 0.5 * (y.max() + y.min())
+    up = np.flatnonzero((y[:-1] < 0) & (y[1:] >= 0))
+    crossings = t[up] - y[up] * (t[up + 1] - t[up]) / (y[up + 1] - y[up])
+    return float(np.diff(crossings).mean()) if len(crossings) > 1 else None
