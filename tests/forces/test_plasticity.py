@@ -167,7 +167,7 @@ def test_damage_to_rupture(path):
 
 def test_delayed_ductile_damage():
     """With the delay law, against a fine integration of T 2.66, 2.73 and 2.78."""
-    law, late = LemaitreChaboche(threshold=0.0, rupture=1.0, critical=0.25), Delay(a=5.0, tau_c=2e-6)
+    law, late = LemaitreChaboche(threshold=0.0, rupture=1.0, critical=0.25), Delay(a=5.0, tau_c=1e-5)
     time, last, steps = 1e-5, 0.5, 500
     t = time * np.arange(1, steps + 1) / steps
     p = last * t / time
@@ -296,35 +296,41 @@ def test_every_parameter_counts(changed):
             r = points.go(x * np.array([[0.05, 0.02, 0.03, 60.0, 10.0, 5.0, 0.02, 0.01]]), 1e-7)
         return r[0]
 
-    assert np.abs(end(**changed) / end() - 1).max() > 2e-3
+    assert np.abs(end(**changed) / end() - 1).max() > 5e-4
 
 
 # --- nothing fails ------------------------------------------------------------------------------------
 
 
-@settings(max_examples=40, deadline=None)
-@given(
-    st.integers(0, 2**31),
-    st.floats(-6, np.log10(0.5)),
-    st.sampled_from(["perfect", "power", "steep", "table", "johnson_cook", "kappa", "layers"]),
-    st.booleans(),
-)
-def test_random_steps_never_fail(seed, size, kind, damaged):
+LAWS = {
+    "perfect": Perfect(yield_stress=1e8),
+    "power": HARD,
+    "steep": Power(A=1e6, B=5e9, n=0.05, alpha=1.0),
+    "table": Table(points=[(0, 1e8), (0.001, 1.1e8), (0.01, 9e8), (0.5, 9e8)]),
+    "johnson_cook": material("steel, perforated plate").strength,
+    "kappa": Power(A=A, B=B, n=N, kappa=1.0),
+    "layers": HARD.model_copy(update={"layers": 3}),
+}
+
+
+@pytest.mark.parametrize("damaged", [False, True])
+@pytest.mark.parametrize("kind", LAWS)
+def test_random_steps_never_fail(kind, damaged):
     """64 points through five random steps of 1e-6 to 0.5: finite, on or below the surface, p never falls."""
-    runtime.start()
-    law = {
-        "perfect": Perfect(yield_stress=1e8),
-        "power": HARD,
-        "steep": Power(A=1e6, B=5e9, n=0.05, alpha=1.0),
-        "table": Table(points=[(0, 1e8), (0.001, 1.1e8), (0.01, 9e8), (0.5, 9e8)]),
-        "johnson_cook": material("steel, perforated plate").strength,
-        "kappa": Power(A=A, B=B, n=N, kappa=1.0),
-        "layers": HARD.model_copy(update={"layers": 3}),
-    }[kind]
+    law = LAWS[kind]
     more = {"damage": LemaitreChaboche(threshold=0.0, rupture=1.0, critical=0.9), "delay": Delay(a=1, tau_c=1e-8)} if damaged else {}
-    rng = np.random.default_rng(seed)
     points = Points(64, steel(law, **more))
-    step = 10.0**size
+
+    @settings(max_examples=20, deadline=None, database=None)
+    @given(st.integers(0, 2**31), st.floats(-6, np.log10(0.5)))
+    def walk(seed, size):
+        points.reset()
+        _walk(points, kind, law, np.random.default_rng(seed), 10.0**size)
+
+    walk()
+
+
+def _walk(points, kind, law, rng, step):
     scale = np.array([1, 1, 1, *[2 / THICKNESS] * 3, 1, 1]) * rng.choice([0, 1e-3, 1, 1], (64, 8))
     g, p = np.zeros((64, 8)), np.zeros(64)
     for _ in range(5):

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 from taichi_sph import runtime
-from taichi_sph.laws import delay, elastic, mazars
+from taichi_sph.laws import delay, ductile, elastic, hardening, johnson_cook, mazars
 from taichi_sph.runtime import ti
 
 THRESHOLD, A, B = 8.5e-5, 0.9, 7300.0  # T table 2.2, A lowered so that it matters
@@ -40,6 +40,33 @@ def _delay(D: ti.types.ndarray(), start: ti.f64, a: ti.f64, tau_c: ti.f64, dt: t
         if k > 0:
             before = delayed[k - 1]
         delayed[k] = delay.advance(before, D[k], a, tau_c, dt)
+
+
+@ti.kernel
+def _power(A: ti.f64, B: ti.f64, n: ti.f64, lam: ti.types.ndarray(), more: ti.types.ndarray(), out: ti.types.ndarray()):
+    for k in range(lam.shape[0]):
+        stress, slope = hardening.power(lam[k], A, B, n)
+        after, slope_after = hardening.power_after(lam[k], more[k], stress, A, B, n)
+        out[k, 0], out[k, 1], out[k, 2], out[k, 3] = stress, slope, after, slope_after
+
+
+@ti.kernel
+def _table(points: ti.template(), count: ti.i32, lam: ti.types.ndarray(), out: ti.types.ndarray()):
+    for k in range(lam.shape[0]):
+        stress, slope = hardening.table(lam[k], points, count)
+        out[k, 0], out[k, 1] = stress, slope
+
+
+@ti.kernel
+def _factor(rate: ti.types.ndarray(), C: ti.f64, rate0: ti.f64, out: ti.types.ndarray()):
+    for k in range(rate.shape[0]):
+        out[k] = johnson_cook.factor(rate[k], C, rate0)
+
+
+@ti.kernel
+def _growth(p: ti.types.ndarray(), dp: ti.f64, ratio2: ti.f64, nu: ti.f64, d: ti.f64, r: ti.f64, c: ti.f64, out: ti.types.ndarray()):
+    for k in range(p.shape[0]):
+        out[k] = ductile.growth(p[k], dp, ductile.triaxiality(nu, ratio2), d, r, c)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -190,3 +217,48 @@ def test_a_brittle_delay_does_not_overflow(a):
     """exp(a y) is beyond any float; D_r must still follow D at the rate 1 / tau_c, then catch up with it."""
     D_r = delayed(np.ones(20), a=a, tau_c=1.0, dt=0.1)
     assert D_r == pytest.approx(np.minimum(0.1 * np.arange(1, 21), 1.0), abs=2.0 / a)
+
+
+# --- metals (paths through the whole law: tests/forces/test_plasticity.py) -----------------------------
+
+
+@pytest.mark.parametrize("n", [0.05, 0.3, 1.0])
+def test_power_hardening(n):
+    """A + B lambda^n and its slope, guarded at 0; from a state near by as from nothing, within rounding."""
+    lam = np.r_[0.0, 1e-12, 1e-6, 1e-3, 0.1, 1.0, 3.0]
+    for more in (0.0, 1e-9, 0.02, 0.5):
+        out = np.zeros((len(lam), 4))
+        _power(2e8, 4e8, n, lam, np.full(len(lam), more) * np.maximum(lam, 1e-9), out)
+        after = lam + more * np.maximum(lam, 1e-9)
+        assert np.isfinite(out).all()
+        assert out[2:, 0] == pytest.approx(2e8 + 4e8 * lam[2:] ** n, rel=1e-12)
+        assert out[2:, 2] == pytest.approx(2e8 + 4e8 * after[2:] ** n, rel=1e-11)
+        assert out[2:, 1] == pytest.approx(4e8 * n * lam[2:] ** (n - 1), rel=1e-9)
+        assert out[2:, 3] == pytest.approx(4e8 * n * after[2:] ** (n - 1), rel=1e-9)
+        assert out[0, 0] == 2e8
+
+
+def test_table_hardening():
+    x, y = np.array([0.0, 0.01, 0.1, 0.5]), np.array([2e8, 3e8, 3.5e8, 3.5e8])
+    points = runtime.new("test.points", 4, 2)
+    runtime.put(points, np.stack([x, y], axis=1))
+    lam = np.r_[np.linspace(0, 0.7, 71), x]
+    out = np.zeros((len(lam), 2))
+    _table(points, 4, lam, out)
+    assert out[:, 0] == pytest.approx(np.interp(lam, x, y), rel=1e-12)
+    assert out[0, 1] == pytest.approx(1e10) and out[-1, 1] == 0.0
+
+
+def test_johnson_cook_factor():
+    out = np.zeros(5)
+    _factor(np.array([0.0, 1e-4, 1e-3, 1.0, 1e5]), 0.38, 1e-3, out)
+    assert out == pytest.approx([1, 1, 1, 1 + 0.38 * np.log(1e3), 1 + 0.38 * np.log(1e8)])
+
+
+def test_ductile_growth():
+    """Linear from the threshold to D_c at eps_r in tension (R_nu = 1); the step that crosses counts in part."""
+    out = np.zeros(4)
+    _growth(np.array([0.05, 0.1, 0.13, 0.5]), 0.05, 1 / 9, 0.3, 0.1, 0.6, 0.2, out)
+    assert out == pytest.approx([0, 0, 0.2 / 0.5 * 0.03, 0.2 / 0.5 * 0.05])
+    _growth(np.array([0.5, 0.5, 0.5, 0.5]), 0.05, 4 / 9, 0.3, 0.1, 0.6, 0.2, out)
+    assert out[0] == pytest.approx(0.2 / 0.5 * 0.05 * 1.4)  # equal tension both ways
