@@ -1,5 +1,5 @@
-"""The command line: `taichi-sph run | resume | validate | render | compare | results | bench | spectrum | doctor`,
-and `main(scene)` for scripts that are run themselves.
+"""The command line: `taichi-sph run | resume | validate | render | compare | results | sweep | price | bench | spectrum |
+doctor`, and `main(scene)` for scripts that are run themselves.
 
 Whatever a user gives, the answer is a sentence and an exit code: 2 for a bad scene, mesh, checkpoint or
 option, 3 for a run that stopped itself, 130 for an interrupt with checkpoint.
@@ -42,6 +42,9 @@ Arch = Literal["cpu", "cuda", "vulkan", "metal"]
 ArchOption = Annotated[Arch, typer.Option("--arch", help="Where to compute.")]
 ThreadsOption = Annotated[int | None, typer.Option("--threads", min=1, help="CPU threads; default: all.")]
 PicturesOption = Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw pictures at the end.")]
+SchedulerOption = Annotated[str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Of a Dask cluster; default: this machine.")]
+WorkersOption = Annotated[int, typer.Option("--workers", min=1, help="Points at a time on this machine.")]
+PatienceOption = Annotated[float | None, typer.Option("--patience", min=1, metavar="SECONDS", help="A point that takes longer is ended.")]
 RunArgument = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.")]
 
 
@@ -95,6 +98,8 @@ def validate(
 ) -> None:
     """Check a whole scene and print what a run would take; nothing is computed or written."""
     from . import run as running
+    from .output.record import scene_hash
+    from .price import recorded
     from .progress import Progress
 
     found = load(_find(scene), settings(quality, set_))
@@ -109,6 +114,8 @@ def validate(
         planned = running.checked_plan(found, arch)
         running.check_out(folder, planned.disk)
         running.tell_plan(found, planned, Progress())
+        for line in recorded(found, scene_hash(found)):
+            typer.echo(f"  {line}")
     path = _find(scene)
     if path.suffix == ".py":
         options = [f"{k} = {p.default}" for k, p in parameters_of(path).items()]
@@ -187,6 +194,56 @@ def _scene_of(summary: dict[str, Any]) -> Any:
     named = set(parameters_of(path))
     chosen = {k: v for k, v in summary["settings"].items() if k in named or "." in k}
     return load(path, {**chosen, "quality": summary["quality"]} if summary["quality"] != "custom" else chosen)
+
+
+@app.command()
+def sweep(
+    scene: SceneArgument,
+    vary: Annotated[list[str], typer.Option("--vary", metavar="KEY=A,B,...", help="An option or key of the scene and its values; may be repeated.")],
+    quality: QualityOption = None,
+    set_: SetOption = None,
+    alone: Annotated[bool, typer.Option("--one-at-a-time", help="One setting at a time instead of every combination.")] = False,
+    out: Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Default: runs/<scene>-sweep.")] = None,
+    scheduler: SchedulerOption = None,
+    workers: WorkersOption = 1,
+    patience: PatienceOption = None,
+    arch: ArchOption = "cpu",
+    threads: ThreadsOption = None,
+) -> None:
+    """Run a scene at many settings, each point in a process of its own, into one table; go on where an earlier one ended."""
+    from . import sweep as sweeping
+
+    words = command_line(scene, quality, set_, "sweep") + "".join(f" --vary {shlex.quote(pair)}" for pair in vary)
+    words += (" --one-at-a-time" if alone else "") + (f" --out {shlex.quote(str(out))}" if out else "")
+    how = {"alone": alone, "scheduler": scheduler, "workers": workers, "arch": arch, "threads": threads, "patience": patience, "command": words}
+    sweeping.main(_find(scene), settings(quality, set_), vary, out, **how)
+
+
+@app.command()
+def price(
+    scene: SceneArgument,
+    quality: QualityOption = None,
+    set_: SetOption = None,
+    quantity: Annotated[list[str] | None, typer.Option("--quantity", help="What the error is of; may be repeated. Default: those with a target.")] = None,
+    seeds: Annotated[int, typer.Option("--seeds", min=0, help="Runs with moved nodes, of scenes that break.")] = 3,
+    most: Annotated[float, typer.Option("--most", min=1, help="Leave out what costs more than that many times the scene as it is.")] = 30.0,
+    out: Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Default: runs/<scene>-price.")] = None,
+    scheduler: SchedulerOption = None,
+    workers: WorkersOption = 1,
+    patience: PatienceOption = 300.0,
+    record: Annotated[bool, typer.Option("--record", help="Copy to benchmarks/price and renders; validate tells it then.")] = False,
+    arch: ArchOption = "cpu",
+    threads: ThreadsOption = None,
+) -> None:
+    """Turn the knobs of a scene one at a time: error against cost, as a chart, a table and in words."""
+    from . import price as pricing
+
+    words = command_line(scene, quality, set_, "price") + "".join(f" --quantity {name}" for name in quantity or ())
+    words += "" if seeds == 3 else f" --seeds {seeds}"
+    words += "" if most == 30.0 else f" --most {most:g}"
+    how = {"scheduler": scheduler, "workers": workers, "arch": arch, "threads": threads, "patience": patience, "record": record}
+    asked = {"quantities": quantity or (), "seeds": seeds, "most": most}
+    pricing.main(_find(scene), settings(quality, set_), out, **asked, **how, command=words)
 
 
 @app.command()
@@ -274,9 +331,9 @@ def _command_of(function: SceneFunction) -> typer.Typer:
     return single
 
 
-def command_line(scene: str, quality: str | None, pairs: list[str] | None) -> str:
+def command_line(scene: str, quality: str | None, pairs: list[str] | None, command: str = "run") -> str:
     """What to type to run the same again."""
-    words = ["taichi-sph", "run", scene]
+    words = ["taichi-sph", command, scene]
     if quality is not None:
         words += ["--quality", quality]
     for pair in pairs or ():

@@ -45,6 +45,7 @@ class SimulationLike(Protocol):
     dt_rule: str
     n_nodes: int
     stress_points: int
+    bytes: int
     compile_seconds: float
 
     def advance_to(self, time: float) -> None: ...
@@ -95,6 +96,7 @@ class Clocks:
     compile: float = 0.0
     advance: float = 0.0
     write: float = 0.0
+    processor: float = 0.0  # of all threads while advancing: what other programs on the machine take is not in it
     sessions: int = 1
 
     @property
@@ -298,10 +300,11 @@ class _Session:
             target = min(duration, self.sample.next_time, self.picture.next_time, self.save.next_time)
             # a smaller target only returns earlier, it never changes a step
             target = min(target, sim.time + beat_steps * sim.dt)
-            before, steps = clock.monotonic(), sim.step
+            before, worked, steps = clock.monotonic(), clock.process_time(), sim.step
             sim.advance_to(target)
             spent = clock.monotonic() - before
             self.clocks.advance += spent
+            self.clocks.processor += clock.process_time() - worked
             if spent > 0 and sim.step > steps:
                 beat_steps = max(1, min(4 * beat_steps, int((sim.step - steps) / spent * BEAT)))
             self._events()
@@ -378,9 +381,8 @@ class _Session:
         how = {"command": c.command, "arch": self.arch, "threads": c.threads, "steps": sim.step, "seconds": c.seconds}
         write_record(self.out, self.scene, state=sim.state(), **how)
         with RunFolder(self.out) as folder:
-            summary = write_summary(
-                folder, nodes=sim.n_nodes, stress_points=sim.stress_points, contact=sim.contact_report(), **how
-            )
+            counted = {"nodes": sim.n_nodes, "stress_points": sim.stress_points, "processor": c.processor, "bytes": sim.bytes}
+            summary = write_summary(folder, **counted, contact=sim.contact_report(), **how)
             lines = answer(folder, summary)
         if c.advance > 1.0:  # shorter ones measure the start
             speed.remember(self.scene, self.arch, summary["node_steps_per_second"])

@@ -21,7 +21,7 @@ from .record import commit, machine, scene_hash
 from .summary import judged, quantity_names
 
 STUDY_FILE = "study.json"
-SUMMED = ("nodes", "stress_points", "steps", "node_steps")
+SUMMED = ("nodes", "stress_points", "steps", "node_steps", "processor_seconds")
 
 
 def read_study(folder: Path | str) -> Study:
@@ -87,7 +87,7 @@ def write_study_summary(
     for order in study.orders:
         quantities[f"order_{order.name}"] = _order(study, order, quantities)
     seconds = {key: sum(s["seconds"].get(key, 0.0) for s in found) for key in ("compile", "advance", "write")}
-    totals = {key: sum(s[key] for s in found) for key in SUMMED}
+    totals = {key: sum(s.get(key, 0) for s in found) for key in SUMMED}
     commits = {s["commit"] for s in found}
     summary = {
         "scene": study.name,
@@ -101,6 +101,7 @@ def write_study_summary(
         "cases": list(study.cases),
         "failed": dict(failed),
         **totals,
+        "bytes": max((s.get("bytes", 0) for s in found), default=0),
         "seconds": seconds,
         "node_steps_per_second": totals["node_steps"] / seconds["advance"] if seconds["advance"] > 0 else None,
         "B_percent": _worst(found, "B_percent"),

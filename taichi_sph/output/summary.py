@@ -85,12 +85,15 @@ def write_summary(
     stress_points: int,
     steps: int,
     seconds: Mapping[str, float],
+    processor: float = 0.0,
+    bytes: int = 0,
     contact: Mapping[str, float] | None = None,
 ) -> dict[str, Any]:
     """Writes histories/crack_tip.csv, histories/fragments.csv and summary.json of a finished run.
 
     seconds: by name, "advance" the time loop without output and compilation. `node_steps_per_second`
-    counts nodes over that time; stress points are not counted. contact: what its solver reports (contact.multipliers);
+    counts nodes over that time; stress points are not counted. processor: seconds of all threads in the time loop; bytes: of
+    all fields. contact: what its solver reports (contact.multipliers);
     its share of the steps is added.
     """
     scene = run.scene
@@ -127,6 +130,8 @@ def write_summary(
         "stress_points": stress_points,
         "steps": steps,
         "seconds": dict(seconds),
+        "processor_seconds": processor,
+        "bytes": bytes,
         "node_steps": nodes * steps,
         "node_steps_per_second": nodes * steps / advance if advance > 0 else None,
         "B_percent": largest("B_percent"),

@@ -89,6 +89,16 @@ def derive(scene: Scene, **changes: Any) -> Scene:
         raise SceneError(sentence(error, Scene)) from None
 
 
+def value_at(scene: Scene | Study, key: str) -> Any:
+    """The value of a dotted key, of a study that of its first scene; SceneError with the nearest name where there is none."""
+    first = next(iter(scene.cases.values())) if isinstance(scene, Study) else scene
+    value, path = first.model_dump(mode="json"), ""
+    for part in key.split("."):
+        value = value[_index(value, part, path)]
+        path = f"{path}.{part}" if path else part
+    return value
+
+
 def _recorded(changes: Mapping[str, Any]) -> dict[str, Any]:
     """Those of some changes that are plain values, but for words that change nothing."""
     return {k: v for k, v in changes.items() if isinstance(v, (bool, int, float, str)) and k not in ("title", "quality")}

@@ -1,0 +1,68 @@
+"""The chart of accuracy against cost, from the record of `taichi-sph price`; and maps of stability."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from .pictures import _save
+from .plots import PALETTE, SOFT_LINE, STYLE
+
+FAMILIES = {"spacing": PALETTE[0], "quality": PALETTE[0], "thesis": PALETTE[1], "collocation": PALETTE[1], "support": PALETTE[3]}
+OTHERS = PALETTE[2]
+LEAST = 1e-4  # an error below is drawn there: the axis is logarithmic
+
+
+def render_price(record: Mapping[str, Any], path: Path) -> Path:
+    """Error over processor seconds and over node-steps: every point, the front, the scene as it is, the thesis's settings."""
+    points = [p for p in record["points"] if p["error"] is not None]
+    with plt.rc_context(STYLE):
+        figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.8), sharey=True)
+        for axes, key, scale, label in (
+            (left, "processor", 1.0, "processor seconds of the time loop"),
+            (right, "node_steps", 1e-6, "million node-steps"),
+        ):
+            _points(axes, points, record["front"], key, scale)
+            axes.set_xlabel(label)
+        left.set_ylabel("error of " + " and ".join(record["references"]))
+        figure.suptitle(f"{record['title']}: what accuracy costs", x=0.02, ha="left", fontweight="bold")
+        figure.text(
+            0.02, 0.01, "line: points that no other one beats; bar: runs with nodes moved at random; square: the scene as it is; "
+            "diamond: the thesis's settings", fontsize=8, color=SOFT_LINE,
+        )  # fmt: skip
+        figure.tight_layout(rect=(0, 0.03, 1, 0.97))
+        return _save(figure, path, dpi=100)
+
+
+def _points(axes: plt.Axes, points: list[Mapping[str, Any]], front: list[str], key: str, scale: float) -> None:
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.yaxis.set_major_formatter(lambda v, _: f"{100 * v:g} %")
+    axes.grid(True, which="major", color="#e6e9ec", linewidth=0.6)
+    by_name = {p["name"]: p for p in points}
+    line = [by_name[name] for name in front]
+    axes.plot([p[key] * scale for p in line], [max(p["error"], LEAST) for p in line], color=SOFT_LINE, linewidth=1, zorder=1)
+    for p in points:
+        x, y = p[key] * scale, max(p["error"], LEAST)
+        colour = FAMILIES.get(p["name"].split()[0], OTHERS)
+        if p.get("spread"):
+            axes.plot([x, x], [max(e, LEAST) for e in p["spread"]], color=colour, linewidth=2.5, alpha=0.35, zorder=1)
+        marker = {"as it is": "s", "thesis": "D"}.get(p["name"], "o")
+        axes.plot(x, y, marker, color=colour, markersize=8 if marker != "o" else 5, zorder=3)
+    _label(axes, [(p["name"], p[key] * scale, max(p["error"], LEAST)) for p in points if p["name"] in front or p["name"] in ("as it is", "thesis", "collocation") or p["name"].startswith(("quality", "spacing"))])
+
+
+def _label(axes: plt.Axes, entries: list[tuple[str, float, float]]) -> None:
+    """Names beside their points, one that would cover another one left out."""
+    axes.figure.canvas.draw()
+    taken: list[np.ndarray] = []
+    for name, x, y in entries:
+        at = axes.transData.transform((x, y))
+        if any(abs(at[0] - t[0]) < 75 and abs(at[1] - t[1]) < 11 for t in taken):
+            continue
+        taken.append(at)
+        axes.annotate(name, (x, y), xytext=(6, 3), textcoords="offset points", fontsize=7.5, color="#2b333a")
