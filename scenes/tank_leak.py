@@ -71,7 +71,7 @@ def scene(quality: Quality = "draft", level: Dimensionless = 1.0, velocity: Spee
         numerics=Numerics(spacing=d),
         output=Output(frames=40, samples=210 if wet else 300),
         quantities=[
-            Quantity(name="crack_length", unit="m"),
+            Quantity(name="crack_length", unit="m", options={"how": "longest"}),
             Quantity(name="time_to_rupture", unit="s"),
             Quantity(name="striker_speed", unit="m/s", value=88.0 if level == 1 else None, source="T 3.4, not measured"),
             *([Quantity(name="leak_rate", unit="l/s"), Quantity(name="leaked_litres", unit="l")] if wet else []),

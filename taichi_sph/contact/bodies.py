@@ -12,6 +12,7 @@ import numpy as np
 
 from .. import runtime
 from ..forces.loads import history
+from ..model.fill import CONTACT
 from ..model.rigid import free_velocity, spin_of, spun
 from ..runtime import ti
 
@@ -31,11 +32,13 @@ class Bodies:
         self.nr = rigids.n if self.has_rigids else 0
         self.n = self.ns + self.nf + self.nr
         if self.has_fluid:
-            self.fluid_radius = runtime.new("contact.fluid_radius", 1, dtype="f64")  # m, D_0 / 2
-            self.fluid_radius[0] = 0.5 * fluid.spacing
+            # m: of a particle as such, and against a sound shell, whose missing neighbours it makes up for (docs/method.md)
+            self.fluid_radius = runtime.new("contact.fluid_radius", 2, dtype="f64")
+            self.fluid_radius[0], self.fluid_radius[1] = 0.5 * fluid.spacing, CONTACT * fluid.spacing
         if self.has_shell:
             self.disc = runtime.new("contact.disc", self.ns, dtype="f64")  # m, radius of the node's disc
             self.half = runtime.new("contact.half", 1, dtype="f64")  # m, half the thickness
+            self.sound = runtime.new("contact.sound", self.ns, dtype="i32")  # 1: no lip, no border, no fragment
             self.border = runtime.new("contact.border", self.ns, dtype="i32")  # 1 on the border of the reference
             self.half_thickness = 0.5 * thickness
             self.half[0] = self.half_thickness
@@ -56,6 +59,12 @@ class Bodies:
 def place_of_node(bodies: ti.template(), i):
     """Where shell node i is [m], f64."""
     return bodies.nodes.X[i] + ti.cast(bodies.nodes.u[i], ti.f64)
+
+
+@ti.func
+def radius_against(bodies: ti.template(), i):
+    """Of a fluid particle that meets shell node i [m]: at a lip its own, so that an opening is as wide as it is."""
+    return bodies.fluid_radius[bodies.sound[i]]
 
 
 @ti.func
@@ -88,6 +97,7 @@ def _discs(bodies: ti.template(), n: ti.i32):
                         near = ti.max(near, (place_of_node(bodies, after) - x).norm())
                         near = ti.max(near, (place_of_node(bodies, before) - x).norm())
                         far = ti.max(far, (place_of_node(bodies, opposite) - x).norm())
+        bodies.sound[i] = sound
         if sound == 1:
             bodies.disc[i] = 0.5 * ti.max(near, far)
         elif alive > 0:

@@ -24,11 +24,12 @@ from ..errors import SceneError
 from ..model.rigid import place, spin_of, spun
 from ..runtime import ti
 from ..scene.rigid import PinballContact
-from .bodies import Bodies, inverse_mass, mobility, place_of_node, velocity_before, velocity_free
+from .bodies import Bodies, inverse_mass, mobility, place_of_node, radius_against, velocity_before, velocity_free
 from .pairs import FLUID_RIGID, FLUID_SHELL, RIGID_RIGID, RIGID_SHELL, Pairs, disc_gap
 
 BLOCK = 512
 CHECK = 8  # iterations between two looks at the error
+SMALL = 1e-2  # of the fastest speed: an approach below it is not resolved any finer
 
 
 @ti.data_oriented
@@ -91,14 +92,15 @@ class Contact:
         if renumbered or 2.0 * self.travelled > 0.9 * self.skin:
             pairs.search(self.skin)
             self.travelled = 0.0
-        self.travelled += dt * _fastest(bodies, bodies.ns, bodies.nf, bodies.nr)
+        top = _fastest(bodies, bodies.ns, bodies.nf, bodies.nr)
+        self.travelled += dt * top
         self.iterations = 0
         if pairs.n:
             largest = _measure(self, pairs.n, dt, kick, half_time, self.skin, 1)
             if largest > 0.0:
                 _shares(self, pairs.n_who)
                 _weigh(self, pairs.n)
-                self._solve(largest)
+                self._solve(max(largest, SMALL * top))
                 _push(self, pairs.n_who, 1.0 / kick)
             self.touching = _book(self, pairs.n, self.blocks, dt_before, dt, 1.0 / kick, int(largest > 0.0))
         else:
@@ -106,7 +108,7 @@ class Contact:
             self.touching = 0
         self.seconds += clock.perf_counter() - began
 
-    def _solve(self, largest: float) -> None:
+    def _solve(self, scale: float) -> None:
         pairs = self.pairs
         t = 1.0
         error = np.inf
@@ -118,7 +120,7 @@ class Contact:
                 t = following
             self.iterations += CHECK
             _correct(self, pairs.n_who, 0)
-            error = _error(self, pairs.n) / largest
+            error = _error(self, pairs.n) / scale
             if error <= self.settings.tolerance:
                 break
         else:
@@ -153,7 +155,7 @@ class Contact:
             "contact.work": runtime.get(self.work, self.blocks),
             "contact.ahead": runtime.get(self.ahead, self.blocks),
             **{f"contact.{k}": runtime.get(getattr(self.pairs, k), self.pairs.capacity) for k in kept},
-            **({"contact.disc": runtime.get(self.bodies.disc, self.bodies.ns)} if self.bodies.has_shell else {}),
+            **({f"contact.{k}": runtime.get(getattr(self.bodies, k), self.bodies.ns) for k in ("disc", "sound")} if self.bodies.has_shell else {}),
         }
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
@@ -169,7 +171,8 @@ class Contact:
         for k in ("kind", "ball", "other", "a", "b", "p", "y"):
             runtime.put(getattr(self.pairs, k), np.asarray(state[f"contact.{k}"]))
         if self.bodies.has_shell:
-            runtime.put(self.bodies.disc, np.asarray(state["contact.disc"]))
+            for k in ("disc", "sound"):
+                runtime.put(getattr(self.bodies, k), np.asarray(state[f"contact.{k}"]))
         self.pairs.n_who = _incidence(self.pairs, self.pairs.n, self.bodies.n)
 
 
@@ -221,6 +224,9 @@ def _geometry(contact: ti.template(), k):
             c = ti.cast(contact.bodies.fluid.x[ball], ti.f64)
             radius = contact.bodies.fluid_radius[0]
     if ti.static(contact.bodies.has_shell):
+        if ti.static(contact.bodies.has_fluid):
+            if kind == FLUID_SHELL:
+                radius = radius_against(contact.bodies, other)
         if kind == RIGID_SHELL or kind == FLUID_SHELL:
             g, n, q = disc_gap(contact.bodies, other, c, radius)
             gap, normal = g, n

@@ -17,7 +17,7 @@ from .. import runtime
 from ..errors import RunStopped
 from ..numerics.cells import CellGrid, bucket, cube
 from ..runtime import ti
-from .bodies import Bodies, director_of, place_of_node
+from .bodies import Bodies, director_of, place_of_node, radius_against
 
 RIGID_SHELL, RIGID_RIGID, FLUID_SHELL, FLUID_RIGID, SELF = range(5)
 
@@ -74,7 +74,7 @@ class Pairs:
         if b.has_shell and (b.has_fluid or self.self_contact):
             _node_places(self, b.ns)
             largest = 0.75 * 1.5 * b.extent + b.half_thickness
-            ball = 0.5 * b.fluid.spacing if b.has_fluid else 0.0
+            ball = b.fluid_radius[1] if b.has_fluid else 0.0
             self.grid.reach = largest + max(ball, b.half_thickness) + skin
             self.grid.rebuild()
         if b.has_rigids:
@@ -207,7 +207,6 @@ def _fluid_shell(pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, b
     for j in range(n):
         found = 0
         c = ti.cast(pairs.bodies.fluid.x[j], ti.f64)
-        radius = pairs.bodies.fluid_radius[0]
         home = cube(c, inverse)
         for dx, dy, dz in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
             there = home + ti.Vector([dx, dy, dz])
@@ -215,7 +214,7 @@ def _fluid_shell(pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, b
             for m in range(pairs.grid.start[b], pairs.grid.start[b + 1]):
                 i = pairs.grid.sorted[m]
                 if all(cube(pairs.node_x[i], inverse) == there):
-                    gap, normal, q = disc_gap(pairs.bodies, i, c, radius)
+                    gap, normal, q = disc_gap(pairs.bodies, i, c, radius_against(pairs.bodies, i))
                     if gap < skin:
                         if write == 1:
                             _note(pairs, base + pairs.start[j] + found, FLUID_SHELL, j, i, j + pairs.bodies.ns, i)

@@ -78,8 +78,9 @@ class Rigid(Frozen):
 
 
 class PinballContact(Frozen):
-    """How contact is solved. `tolerance`: largest approach speed left, over the largest that was found; also the
-    complementarity error allowed. `iterations`: when the solver gives up, which it reports."""
+    """How contact is solved. `tolerance`: largest approach speed left, over the largest that was found (or a hundredth of
+    the fastest speed of all, where that is more); also the complementarity error allowed. `iterations`: when the solver
+    gives up, which it reports."""
 
     tolerance: Annotated[Dimensionless, Field(gt=0, le=0.1)] = 1e-4
     iterations: Annotated[int, Field(ge=1, le=100_000)] = 1000

@@ -1,7 +1,8 @@
 """Which water has left a tank: seen at the samples of the histories, by the nearest node of the shell.
 
-A particle is outside once the nearest shell node has it on the side of its director, which points out of a closed shell,
-by more than half the thickness; it then counts as escaped for good. Only particles that may have come to a wall since they were last
+A particle is outside once the nearest node of the tank has it on the side of its director, which points out of a closed shell,
+by more than half the thickness; it then counts as escaped for good. The tank is the largest piece that live cells hold together: a
+plug that the striker pushes through the water tells nothing. Only particles that may have come to a wall since they were last
 looked at are asked again: far inside, nothing can have happened.
 """
 
@@ -34,9 +35,9 @@ class LeakGauge:
         if len(asked):
             nodes = sim.mesh.points + runtime.get(sim.nodes.u, sim.nodes.n)
             director = runtime.get(sim.nodes.N, sim.nodes.n) + runtime.get(sim.nodes.d, sim.nodes.n)
-            alive = runtime.get(sim.nodes.fragment, sim.nodes.n) == 0
-            distance, nearest = cKDTree(nodes[alive]).query(x[asked])
-            beyond = np.einsum("ni,ni->n", x[asked] - nodes[alive][nearest], director[alive][nearest])
+            tank = self._tank()
+            distance, nearest = cKDTree(nodes[tank]).query(x[asked])
+            beyond = np.einsum("ni,ni->n", x[asked] - nodes[tank][nearest], director[tank][nearest])
             left = asked[beyond > 0.5 * sim.shell.thickness]
             self.outside[left] = True
             self.room[asked], self.looked[asked] = distance, sim.time
@@ -59,6 +60,19 @@ class LeakGauge:
             **{f"jet_{axis}": float(direction[c]) for c, axis in enumerate("xyz")},
             "opening_area": self.opening(),
         }
+
+    def _tank(self) -> np.ndarray:
+        """Numbers of the nodes of the largest piece."""
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        cells = self.sim.mesh.cells[runtime.get(self.sim.cells.broken, self.sim.cells.n) == 0]
+        first, other = cells[:, [0, 1, 2]].ravel(), cells[:, [1, 2, 3]].ravel()
+        n = self.sim.nodes.n
+        linked = other >= 0
+        links = coo_array((np.ones(linked.sum()), (first[linked], other[linked])), shape=(n, n))
+        _, piece = connected_components(links, directed=False)
+        return np.flatnonzero(piece == np.bincount(piece).argmax())
 
     def opening(self) -> float:
         """Area [m2] of the broken cells as they lie now, less what they had: cracks count by their width. A cell that has lost

@@ -179,3 +179,29 @@ def test_two_pieces_of_one_shell_meet_only_with_self_contact(tmp_path):
             assert abs(sim.energies()["B_percent"]) < 0.1
     assert gaps[None] < -0.5e-3
     assert gaps[True] > 0.99 * THICKNESS
+
+
+def test_a_fragment_still_makes_contact():
+    """All cells are broken: every node is a flake of its own, keeps its mass, and is struck like any other (T 2.3.6.3)."""
+    sim = start(velocity=(0, 0, -40.0), centre=(0, 0, TOP + 1e-6))
+    sim.rupture.cut(np.arange(sim.cells.n))
+    assert runtime.get(sim.nodes.fragment, sim.nodes.n).all()
+    sim.advance_to(20e-6)
+    lost = 0.154 * (np.array([0, 0, -40.0]) - runtime.get(sim.rigids.v, 1)[0])
+    assert shell_momentum(sim) == pytest.approx(lost, rel=1e-10, abs=1e-12)
+    z = runtime.get(sim.nodes.v, sim.nodes.n)[:, 2]
+    struck = z != 0
+    assert 0 < struck.sum() < sim.nodes.n / 2
+    # a free flake leaves with the speed of the ball or, struck aslant, with what of it lies along the normal
+    assert z[struck].min() == pytest.approx(-40.0, rel=0.02)
+    assert sim.contact.penetration < 0.02 * THICKNESS
+
+
+def test_a_grazing_striker_only_brushes_the_plate():
+    """It slides along at a tenth of a degree: no friction, so hardly anything of its speed is lost."""
+    sim = start(velocity=(40.0, 0, -0.07), centre=(-5e-3, 0, TOP + 0.5e-6))
+    sim.advance_to(30e-6)
+    v = runtime.get(sim.rigids.v, 1)[0]
+    assert v[0] == pytest.approx(40.0, rel=1e-4)
+    assert -0.07 < v[2] <= 1e-3
+    assert sim.contact.penetration < 1e-3 * THICKNESS
