@@ -1,8 +1,9 @@
 """Where the particles of a fluid stand at the start: a cubic lattice in a box or in a closed shell. NumPy only.
 
-In a shell the lattice is centred on its axis and starts D/2 + e/2 above its bottom; it keeps the points that lie inside (a ray
-along the axis crosses the surface an odd number of times above them) and not nearer to it than that. What curved walls leave
-empty is given to the particles: mass = rho_0 volume / N, and D_0 = (volume / N)^(1/3), with the volume the true one.
+In a shell the lattice is centred on its axis and starts at the distance of contact, CONTACT D + e/2, above its bottom; its layers fit the
+level. It keeps the points that lie inside (a ray along the axis crosses the surface an odd number of times above them) and not more than
+D/2 nearer to it than that, and moves those that are nearer away from the wall to it. So a round wall leaves as much of its lattice out as in: the
+water is neither packed nor loose, and keeps its level when it settles. mass = rho_0 volume / N, and D_0 = (volume / N)^(1/3), with the volume the true one.
 """
 
 from __future__ import annotations
@@ -18,7 +19,10 @@ from ..scene.surfaces import CappedTank, Cylinder
 from .mesh import SurfaceMesh
 
 AXES = {"x": 0, "y": 1, "z": 2}
-CLOSER = 1e-6  # of D: nearer to a wall than this below D/2 + e/2 is rounding
+CONTACT = 0.74  # of D_0: where a particle meets a sound shell (docs/method.md)
+PITCHES = tuple(1 + 0.01 * k for k in (0, -1, 1, -2, 2, -3, 3, -4, 4, -5, 5))  # of D: tried until the lattice holds what it should
+ENOUGH, FEW = 0.01, 20_000  # ... to this; above so many particles a row of them does not matter
+CLOSER = 1e-6  # of D: nearer to a wall than this below its distance is rounding
 
 
 @dataclass(frozen=True)
@@ -70,7 +74,6 @@ def fill(fluid: Fluid, spacing: float, mesh: SurfaceMesh | None = None, thicknes
     turn = [(axis + 1) % 3, (axis + 2) % 3, axis]
     triangles = _triangles(mesh)[:, :, turn]
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
-    margin = 0.5 * (d + thickness)
     top = high[2] - 0.5 * thickness
     level = top if fluid.fill.level is None else fluid.fill.level
     if level > top * (1 + 1e-9) + 1e-9 * d or level <= low[2] + 0.5 * thickness:
@@ -78,20 +81,44 @@ def fill(fluid: Fluid, spacing: float, mesh: SurfaceMesh | None = None, thicknes
             f"fluid '{fluid.name}': level {level:g} m lies outside the shell '{fluid.fill.shell}', whose inside reaches"
             f" from {low[2] + 0.5 * thickness:g} to {top:g} m along {fluid.fill.axis}"
         )
-    n = np.floor((high - low - 2 * margin) / d + 1 + 1e-6).astype(int)
-    n[2] = int(np.floor((level - 0.5 * d - low[2] - margin) / d + 1 + 1e-6))
-    if (n < 1).any():
-        raise SceneError(f"fluid '{fluid.name}': no particle of {d:g} m fits into the shell '{fluid.fill.shell}'; lower its spacing")
-    first = np.append(0.5 * (low + high - (n - 1) * d)[:2], low[2] + margin)
-    points = _lattice(first, np.full(3, d), n)
-    points = points[_inside(points, triangles)]
-    points = points[_clear(points, triangles, margin - CLOSER * d)]
-    if len(points) == 0:
-        raise SceneError(f"fluid '{fluid.name}': no particle of {d:g} m fits into the shell '{fluid.fill.shell}'; lower its spacing")
     volume = _revolved(surface, thickness, fluid.fill.axis, level)
     if volume is None:
         volume = _measured(triangles, thickness, level, d)
-    return Filling(points[:, np.argsort(turn)], volume, d, fluid.water.density)
+    wanted = max(volume - (CONTACT - 0.5) * d * _area(triangles[triangles[:, :, 2].mean(axis=1) < level]), d**3)
+    best = np.inf
+    for pitch in PITCHES:
+        there, cell = _lattice_in(triangles, d * pitch, low, high, level, thickness)
+        found = abs(len(there) * cell / wanted - 1)
+        if found < best:
+            points, lattice, best = there, float(np.cbrt(cell)), found
+        if best < ENOUGH or volume > FEW * d**3:
+            break
+    if len(points) == 0:
+        raise SceneError(f"fluid '{fluid.name}': no particle of {d:g} m fits into the shell '{fluid.fill.shell}'; lower its spacing")
+    return Filling(points[:, np.argsort(turn)], volume, lattice, fluid.water.density)
+
+
+def _lattice_in(triangles: np.ndarray, d: float, low: np.ndarray, high: np.ndarray, level: float, thickness: float) -> tuple[np.ndarray, float]:
+    """The points of a lattice of spacing d (upright: what fits the level) in a closed surface, and the volume of its cell [m3]."""
+    margin = CONTACT * d + 0.5 * thickness
+    least = max(margin - 0.5 * d, 0.5 * thickness)  # on a round wall
+    n = np.floor((high - low - 2 * least) / d + 1 + 1e-6).astype(int)
+    room = level - 0.5 * d - low[2] - margin  # between the lowest and the highest layer
+    n[2] = int(np.round(room / d)) + 1
+    if (n < 1).any() or room < -1e-6 * d:
+        return np.zeros((0, 3)), d**3
+    step = np.array([d, d, room / (n[2] - 1) if n[2] > 1 else d])
+    first = np.append(0.5 * (low + high - (n - 1) * d)[:2], low[2] + margin)
+    points = _lattice(first, step, n)
+    points = points[_inside(points, triangles)]
+    away = _away(points, triangles, margin)
+    keep = np.linalg.norm(away, axis=1) > least - CLOSER * d
+    return _moved_off(points[keep], away[keep], triangles, margin), float(step.prod())
+
+
+def _area(triangles: np.ndarray) -> float:
+    """[m2]"""
+    return float(0.5 * np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1).sum())
 
 
 def _lattice(first: np.ndarray, step: np.ndarray, n: np.ndarray) -> np.ndarray:
@@ -146,41 +173,61 @@ def _inside(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return (end - below) % 2 == 1
 
 
-def _clear(points: np.ndarray, triangles: np.ndarray, distance: float) -> np.ndarray:
-    """(N,) whether no triangle comes nearer to a point than `distance`."""
+def _moved_off(points: np.ndarray, away: np.ndarray, triangles: np.ndarray, margin: float) -> np.ndarray:
+    """The points, those that stand nearer to a wall than `margin` moved off it; in corners one wall after the other."""
+    points, near = points.copy(), np.arange(len(points))
+    for _ in range(4):
+        distance = np.linalg.norm(away, axis=1)
+        short = (distance < margin * (1 - 1e-9)) & (distance > 0)
+        near, away, distance = near[short], away[short], distance[short]
+        points[near] += (margin / distance - 1)[:, None] * away
+        away = _away(points[near], triangles, margin)
+    return points
+
+
+def _away(points: np.ndarray, triangles: np.ndarray, reach: float) -> np.ndarray:
+    """(N, 3) way from the nearest triangle to each point [m]; beyond `reach` only its length counts: infinite."""
     from scipy.spatial import cKDTree
 
     centre = triangles.mean(axis=1)
     radius = np.linalg.norm(triangles - centre[:, None], axis=2).max()
     tree = cKDTree(centre)
-    clear = np.ones(len(points), bool)
-    close = np.nonzero(tree.query(points)[0] < distance + radius)[0]
+    result = np.full(points.shape, np.inf)
+    close = np.nonzero(tree.query(points)[0] < reach + radius)[0]
     for part in np.array_split(close, max(1, len(close) // 20_000)):
-        lists = tree.query_ball_point(points[part], distance + radius)
+        lists = tree.query_ball_point(points[part], reach + radius)
         count = np.array([len(k) for k in lists])
-        t = np.concatenate([np.asarray(k, int) for k in lists]) if count.sum() else np.zeros(0, int)
+        if not count.sum():
+            continue
+        t = np.concatenate([np.asarray(k, int) for k in lists])
         i = np.repeat(part, count)
-        hit = _distances(points[i], triangles[t]) < distance
-        clear[i[hit]] = False
-    return clear
+        away = points[i] - _feet(points[i], triangles[t])
+        order = np.lexsort((np.linalg.norm(away, axis=1), i))
+        i, away = i[order], away[order]
+        first = np.append(True, i[1:] != i[:-1])
+        result[i[first]] = away[first]
+    return result
 
 
-def _distances(p: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """(K,) distances of points from triangles (K, 3, 3): to the plane where the foot lies inside, else to a side."""
+def _feet(p: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """(K, 3) points of triangles (K, 3, 3) nearest to points: the foot on the plane where it lies inside, else on a side."""
     a, u, v = t[:, 0], t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]
     w = p - a
     normal = np.cross(u, v)
     square = np.einsum("ki,ki->k", normal, normal)
     l2 = np.einsum("ki,ki->k", np.cross(u, w), normal) / square
     l1 = np.einsum("ki,ki->k", np.cross(w, v), normal) / square
-    found = np.abs(np.einsum("ki,ki->k", w, normal)) / np.sqrt(square)
+    result = a + l1[:, None] * u + l2[:, None] * v
+    found = np.linalg.norm(p - result, axis=1)
     found[(l1 < 0) | (l2 < 0) | (l1 + l2 > 1)] = np.inf
     for k in range(3):
         start, side = t[:, k], t[:, (k + 1) % 3] - t[:, k]
         along = np.einsum("ki,ki->k", p - start, side) / np.einsum("ki,ki->k", side, side)
         foot = start + np.clip(along, 0, 1)[:, None] * side
-        found = np.minimum(found, np.linalg.norm(p - foot, axis=1))
-    return found
+        distance = np.linalg.norm(p - foot, axis=1)
+        result[distance < found] = foot[distance < found]
+        found = np.minimum(found, distance)
+    return result
 
 
 def _revolved(surface, thickness: float, axis: str, level: float) -> float | None:
@@ -212,6 +259,4 @@ def _measured(triangles: np.ndarray, thickness: float, level: float, d: float) -
     order = np.lexsort((height, line))
     inside = np.minimum(height[order], level + 0.5 * thickness)  # in at odd crossings, out at even ones
     volume = float(step.prod() * np.sum(inside[1::2] - inside[::2]))
-    wet = triangles.mean(axis=1)[:, 2] < level
-    area = 0.5 * np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)[wet].sum()
-    return volume - 0.5 * thickness * area
+    return volume - 0.5 * thickness * _area(triangles[triangles.mean(axis=1)[:, 2] < level])

@@ -6,6 +6,8 @@ from .. import runtime
 from ..errors import RunStopped
 from ..runtime import ti
 
+FASTEST = 3.0  # speed of a fluid over that of sound in it
+
 
 class Watchdog:
     """Looks at the velocities and at the energy balance on sampled steps."""
@@ -28,6 +30,8 @@ class Watchdog:
         sim = self.sim
         if sim.rigids is not None:
             self._look_at_rigids(entries)
+        if sim.fluid is not None:
+            self._look_at_fluid()
         if sim.shell is None:
             return
         _fastest(self.worst, sim.nodes, sim.nodes.n, self.blocks)
@@ -49,6 +53,20 @@ class Watchdog:
                 f" what was given) at t = {sim.time:.6g} s; likely an unstable step: lower numerics.time_step_safety"
             )
 
+    def _look_at_fluid(self) -> None:
+        """Speeds: a shock that would throw water at FASTEST c is far beyond any law of state here, and weakly compressible it is not."""
+        sim, fluid = self.sim, self.sim.fluid
+        speed, limit = fluid.fastest(), FASTEST * fluid.water.sound
+        if speed <= limit:
+            return
+        v = np.linalg.norm(runtime.get(fluid.p.v, fluid.p.n).astype(float), axis=1)
+        i = int(np.argmax(np.where(np.isfinite(v), v, np.inf)))
+        place = ", ".join(f"{1e3 * x:.4g}" for x in runtime.get(fluid.p.x, fluid.p.n)[i])
+        raise RunStopped(
+            f"fluid '{fluid.name}': particle {runtime.get(fluid.p.id, fluid.p.n)[i]} at ({place}) mm moves at {v[i]:.3g} m/s at"
+            f" t = {sim.time:.6g} s, beyond {FASTEST:g} times the sound speed {fluid.water.sound:g} m/s; the impact is likely too violent for"
+            " this law of state, or sound was slowed too far: raise water.sound or alpha, or lower numerics.time_step_safety"
+        )
 
     def _look_at_rigids(self, entries: dict[str, float]) -> None:
         sim = self.sim

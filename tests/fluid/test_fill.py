@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from taichi_sph.errors import SceneError
-from taichi_sph.model.fill import fill
+from taichi_sph.model.fill import CONTACT, fill
 from taichi_sph.model.surfaces import generate
 from taichi_sph.scene import CappedTank, Cylinder, Numerics
 from taichi_sph.scene.fluid import Fluid, FluidBox, ShellFill
@@ -18,16 +19,28 @@ def filled(surface, level=None, axis="z"):
     return fill(Fluid(name="water", fill=ShellFill(shell="tank", level=level, axis=axis)), D, generate(surface, Numerics(spacing=D)), E, surface)
 
 
+def cell(f) -> float:
+    return f.lattice**3
+
+
 @pytest.mark.parametrize("level, height", [(None, 0.4 - E), (0.2, 0.2 - E / 2)])
 def test_can(level, height):
     f = filled(CAN, level)
-    clear = D / 2 + E / 2
     x = f.points - [1.0, 0, 0]
-    assert np.hypot(x[:, 0], x[:, 1]).max() < 0.15 - clear + 1e-6
-    assert x[:, 2].min() == pytest.approx(clear) and x[:, 2].max() < (level or 0.4 - E / 2) - D / 2 + 1e-9
+    clear = CONTACT * 0.95 * D + E / 2  # the pitch of the lattice is within 5 % of D
+    assert np.hypot(x[:, 0], x[:, 1]).max() < 0.15 - clear
+    assert x[:, 2].min() > clear and x[:, 2].max() < (level or 0.4 - E / 2) - 0.95 * D / 2
     assert f.mass * len(x) == pytest.approx(1000 * np.pi * (0.15 - E / 2) ** 2 * height, rel=1e-6)
-    assert 0.85 < len(x) * D**3 / f.volume < 1 and f.spacing == pytest.approx(np.cbrt(f.mass / 1000))
-    assert len(np.unique(np.round(x / D * 8).astype(int), axis=0)) == len(x)
+    assert f.spacing == pytest.approx(np.cbrt(f.mass / 1000))
+    assert f.lattice == pytest.approx(D, rel=0.05)
+    assert cKDTree(x).query(x, k=2)[0][:, 1].min() > 0.45 * f.lattice
+
+
+@pytest.mark.parametrize("surface, axis, wet", [(CAN, "z", 2 * np.pi * 0.15 * 0.55), (TANK, "x", 2 * np.pi * 0.15 * (0.3 + 0.3)), (TANK, "z", 2 * np.pi * 0.15 * 0.6)])
+def test_the_lattice_holds_the_volume_less_what_contact_keeps_clear(surface, axis, wet):
+    """A cell of the lattice reaches D/2 beyond its particle, contact keeps CONTACT D clear: (CONTACT - 1/2) D of every wall."""
+    f = filled(surface, None, axis)
+    assert len(f.points) * cell(f) == pytest.approx(f.volume - (CONTACT - 0.5) * f.lattice * wet, rel=0.02)
 
 
 def test_domed_tank_across_its_axis():
@@ -35,8 +48,8 @@ def test_domed_tank_across_its_axis():
     assert f.volume == pytest.approx(0.5 * (np.pi * 0.1495**2 * 0.3 + 4 / 3 * np.pi * 0.1495**3), rel=0.01)
     x = f.points - [0, 2.0, 0]
     beyond = np.maximum(np.maximum(-x[:, 0], x[:, 0] - 0.3), 0)
-    assert np.sqrt(x[:, 1] ** 2 + x[:, 2] ** 2 + beyond**2).max() < 0.15 - D / 2 - E / 2 + 1e-4
-    assert x[:, 2].max() < -D / 2 + 1e-9
+    assert np.sqrt(x[:, 1] ** 2 + x[:, 2] ** 2 + beyond**2).max() < 0.15 - CONTACT * 0.95 * D - E / 2 + 1e-4
+    assert x[:, 2].max() < -0.95 * D / 2 + 1e-9
 
 
 def test_domed_tank_along_its_axis():
