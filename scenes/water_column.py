@@ -1,0 +1,101 @@
+"""Academic tests of water against what is rigid (Maurel 2008, named in T 3.4), each with its closed form.
+
+`case` = "hammer": a column of water hits a rigid wall at `velocity`: p = rho c v behind the shock.
+`case` = "piston": a rigid block stands on a column in a rigid tube and is let go under its weight, an acoustic oscillator: its
+    frequency solves k L tan(k L) = rho A L / m with k = omega / c, and the water under it bears twice its weight at most.
+`case` = "indenter": a block is pushed into the column by a blow: while sound has not come back from the bottom it slows down as
+    v = v_0 exp(-rho c A t / m).
+
+    python scenes/water_column.py --quality draft --set case=piston --out DIR
+"""
+
+import math
+from typing import Literal
+
+from taichi_sph.scene import Fluid, FluidBox, Numerics, Output, Pinball, Quality, Quantity, Rigid, Scene, Speed, Wall, Water
+
+HIGH = {"draft": 24, "standard": 40, "paper": 80}  # spacings over the length
+LENGTH, SOUND, DENSITY, G = 1.0, 1450.0, 1000.0, 9.81  # m, m/s, kg/m3, m/s2
+ACROSS = 4  # spacings over the side
+
+
+def scene(quality: Quality = "draft", case: Literal["hammer", "piston", "indenter"] = "hammer", velocity: Speed = 10.0) -> Scene:
+    d = LENGTH / HIGH[quality]
+    side = ACROSS * d
+    half, area = 0.5 * side, side**2
+    transit = LENGTH / SOUND
+    mass = DENSITY * area * LENGTH * (4.0 if case == "piston" else 0.5)
+    centres = [-half + (k + 0.5) * d for k in range(ACROSS)]
+    top = LENGTH + 0.5 * d
+    block = Rigid(
+        name="block",
+        mass=mass,
+        pinballs=[Pinball(centre=(x, y, top), radius=0.5 * d) for x in centres for y in centres],
+        velocity=(0, 0, -velocity if case == "indenter" else 0.0),
+    )
+    water = Fluid(
+        name="water",
+        fill=FluidBox(lo=(-half, -half, 0), hi=(half, half, LENGTH)),
+        velocity=(0, 0, -velocity if case == "hammer" else 0.0),
+        water=Water(density=DENSITY, sound=SOUND, tension=None if case == "piston" else 0.0),
+        hydrostatic=False,
+        **({"alpha": 0.5, "beta": 1.0} if case == "hammer" else {"alpha": 0.02}),
+    )
+    normals = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0))
+    walls = [Wall(point=[-half * n for n in normal], normal=normal) for normal in normals] + [Wall(point=(0, 0, 0), normal=(0, 0, 1))]
+    if case == "hammer":
+        pressure = DENSITY * SOUND * velocity
+        duration = 0.8 * transit
+        quantities = [
+            Quantity(
+                name="layer_pressure", unit="Pa", value=pressure, tolerance=0.03 * pressure, source="rho c v",
+                options={"axis": "z", "low": 0.0, "high": 0.2 * LENGTH, "start": 0.5 * transit, "end": 0.8 * transit},
+            )
+        ]  # fmt: skip
+    elif case == "piston":
+        kL = _root(DENSITY * area * LENGTH / mass)
+        period = 2 * math.pi * transit / kL
+        duration = 3.2 * period
+        of_block = {"history": "rigid_block", "column": "z"}
+        quantities = [
+            Quantity(name="history_period", unit="s", value=period, tolerance=0.03 * period, source="k L tan(k L) = rho A L / m", options=of_block),
+        ]
+    else:
+        duration = 1.6 * transit
+        times = (0.5 * transit, 1.5 * transit)
+        v = [velocity * math.exp(-DENSITY * SOUND * area * t / mass) for t in times]
+        quantities = [
+            Quantity(
+                name="history_value", unit="m/s", value=-speed, tolerance=0.05 * velocity, source="v_0 exp(-rho c A t / m), 5 % of v_0",
+                options={"history": "rigid_block", "column": "vz", "time": t},
+            )
+            for t, speed in zip(times, v)
+        ]  # fmt: skip
+    return Scene(
+        name="water_column",
+        title={"hammer": "Water hammer", "piston": "Block on a column of water", "indenter": "Block driven into water"}[case],
+        source="Maurel 2008 in T 3.4; Joukowsky",
+        fluids=[water],
+        rigids=[] if case == "hammer" else [block],
+        walls=walls,
+        gravity=(0, 0, -G) if case == "piston" else None,
+        duration=duration,
+        numerics=Numerics(spacing=d),
+        output=Output(frames=40, samples=400),
+        quantities=quantities,
+    )
+
+
+def _root(ratio: float) -> float:
+    """x tan x = ratio, 0 < x < pi/2."""
+    low, high = 0.0, 0.5 * math.pi
+    for _ in range(60):
+        x = 0.5 * (low + high)
+        low, high = (x, high) if x * math.tan(x) < ratio else (low, x)
+    return x
+
+
+if __name__ == "__main__":
+    from taichi_sph.cli import main
+
+    main(scene)
