@@ -42,7 +42,7 @@ def scene(quality: Quality = "draft", velocity: Speed = 730.0) -> Scene:
     held = [PrescribedVelocity(shell="tank", where=where, velocity=(0, 0, 0), spin=(0, 0, 0)) for where in (*discs, *rear)]
     return Scene(
         name="empty_tank",
-        title=f"Bullet through an empty tank at {velocity:g} m/s",
+        title=f"Bullet through an empty tank, {velocity:g} m/s",
         source="T 3.4; experiments of Timm 2003",
         shells=[
             Shell(

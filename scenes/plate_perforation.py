@@ -43,7 +43,7 @@ def scene(quality: Quality = "draft", velocity: Speed = 75.0) -> Scene:
     plug = PLUG.get(velocity)
     return Scene(
         name="plate_perforation",
-        title=f"Hemisphere through a plate at {velocity:g} m/s",
+        title=f"Hemisphere through a plate, {velocity:g} m/s",
         source="T 2.4.5; experiments of Rusinek et al. 2009",
         shells=[
             Shell(name="plate", surface=Disc(radius=RADIUS), thickness=THICKNESS, material=steel, motion="free"),
