@@ -17,6 +17,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from .scene.library import material
 from .scene.schema import Plate, Scene
 
 SIZES = (10_000, 31_600, 100_000, 316_000, 1_000_000)
@@ -109,6 +110,42 @@ def plate_scene(nodes: int, precision: str = "f64", formulation: str = "galerkin
     )
 
 
+METAL = {"nodes": (10_000, 40_000), "bar": 1.0e6}  # sizes; node-steps/s of a bent metal shell, all of it yielding, in f64 on two cores
+
+
+def metal_scene(nodes: int, precision: str = "f64") -> Scene:
+    """A bent plate of metal (Johnson-Cook, ductile damage, delay, rupture; material T table 2.8, torn ten times sooner),
+    drawn out under a pressure, by 1e-3 in a step or so: every cell yields from the first steps on, and some break."""
+    side, strips = 0.1, 50
+    spacing = side / math.sqrt(nodes)
+    rate = 5.0 / spacing  # 1/s
+    like = material("steel, perforated plate")
+    return Scene.model_validate(
+        {
+            "name": f"bench-metal-{nodes}",
+            "title": "Benchmark plate of metal",
+            "source": "T table 2.8",
+            "duration": 1e-3,
+            "numerics": {"spacing": spacing, "precision": precision},
+            "shells": [
+                {
+                    "name": "plate",
+                    "surface": Plate(length=side, width=side).model_dump(),
+                    "thickness": 1e-3,
+                    "motion": "free",
+                    "material": {**like.model_dump(), "damage": {**like.damage.model_dump(), "rupture": 0.1}},
+                    "cuts": [{"start": (side / 2, 0.4 * side, 0), "end": (side / 2, 0.6 * side, 0)}],
+                }
+            ],
+            "pressures": [{"shell": "plate", "value": 1e6}],
+            "initial": [
+                {"shell": "plate", "where": {"kind": "box", "lo": (x, None, None)}, "velocity": (rate * (x - side / 2), 0, 0)}
+                for x in (side * k / strips for k in range(strips))
+            ],
+        }
+    )
+
+
 def step_bytes(fields: dict[str, int], counts: dict[str, int], capacity: Callable[[int], int]) -> dict[str, float]:
     """Bytes that one galerkin step has to move, kernel by kernel (TRAFFIC), from the sizes of the fields by name.
 
@@ -124,13 +161,16 @@ def step_bytes(fields: dict[str, int], counts: dict[str, int], capacity: Callabl
     }
 
 
-def measure(nodes: int, arch: str, threads: int | None, precision: str, formulation: str = "galerkin") -> dict[str, Any]:
+def measure(
+    nodes: int, arch: str, threads: int | None, precision: str, formulation: str = "galerkin", metal: bool = False
+) -> dict[str, Any]:
     """Builds a plate of about `nodes` nodes and steps it for some seconds, ruptures included."""
     from . import runtime
     from .solver.simulation import Simulation
 
     began = clock.perf_counter()
-    sim = Simulation(plate_scene(nodes, precision, formulation), arch=arch, threads=threads)
+    scene = metal_scene(nodes, precision) if metal else plate_scene(nodes, precision, formulation)
+    sim = Simulation(scene, arch=arch, threads=threads)
     sim.advance(1)
     runtime.ti.sync()
     build = clock.perf_counter() - began
@@ -138,6 +178,7 @@ def measure(nodes: int, arch: str, threads: int | None, precision: str, formulat
         sim.advance(5)
     steps, spent, chunk, best = 0, 0.0, 1, 0.0
     before = sim.status()["broken"]
+    busy = clock.process_time()
     while spent < SECONDS:
         began = clock.perf_counter()
         sim.advance(chunk)
@@ -157,9 +198,13 @@ def measure(nodes: int, arch: str, threads: int | None, precision: str, formulat
         "node_steps_per_second": sim.n_nodes * steps / spent,
         "best_node_steps_per_second": sim.n_nodes * best,
         "particle_steps_per_second": (sim.n_nodes + sim.stress_points) * steps / spent,
+        "core_seconds_per_node_step": (clock.process_time() - busy) / (sim.n_nodes * steps),
         "memory_per_node": sim.bytes / sim.n_nodes,
     }
-    if formulation == "galerkin":
+    if metal:
+        yielding = runtime.get(sim.cells.plastic, sim.cells.n) > 0
+        found["yielding"] = float(yielding.mean())
+    elif formulation == "galerkin":
         rows = sim.internal.rows
         n, m, e = sim.n_nodes, sim.stress_points, sim.internal.n_edges
         counts = {"N": n, "M": m, "E": e, "R": rows.n, "P": rows.pairs, "C": int(sim.mesh.corners.sum()), "S": 4 * m}
@@ -292,6 +337,30 @@ def main_fluid(sizes: tuple[int, ...], arch: str, threads: int | None, precision
     bar = FLUID_BARS["particle_steps_per_second"]
     print(f"bar: {bar / 1e6:g} M particle-steps/s {'met' if r['particle_steps_per_second'] >= bar else 'MISSED'}")
     if out is not None:
+        out.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+        print(f"written: {out}")
+
+
+def main_metal(sizes: tuple[int, ...], arch: str, threads: int | None, precision: str, out: Path | None = None) -> None:
+    """Prints the table of the metal shell; `out` keeps it as JSON."""
+    from .output.record import machine, versions
+
+    about = machine()
+    print(f"{about['processor']}, {about['cores']} cores, {arch}, threads {threads or 'all'}")
+    print("\nreal     nodes  steps  broken  yielding  M node-st/s   best  core-us/node-st  B/node  build [s]")
+    rows = []
+    for size in sizes or METAL["nodes"]:
+        r = measure(size, arch, threads, precision, metal=True)
+        rows.append(r)
+        print(
+            f"{precision} {r['nodes']:9d} {r['steps']:6d} {r['broken']:7d} {r['yielding']:9.0%}"
+            f" {r['node_steps_per_second'] / 1e6:12.2f} {r['best_node_steps_per_second'] / 1e6:6.2f}"
+            f" {1e6 * r['core_seconds_per_node_step']:16.2f} {r['memory_per_node']:7.0f} {r['seconds_build']:10.1f}",
+            flush=True,
+        )
+    print(f"bar: {METAL['bar'] / 1e6:g} M node-steps/s {'met' if r['node_steps_per_second'] >= METAL['bar'] else 'MISSED'}")
+    if out is not None:
+        content = {"machine": about, "versions": versions(), "arch": arch, "threads": threads, "sizes": rows}
         out.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
         print(f"written: {out}")
 

@@ -253,12 +253,15 @@ def bench(
     threads: ThreadsOption = None,
     precision: Annotated[Literal["f64", "f32"], typer.Option("--precision")] = "f64",
     fluid: Annotated[bool, typer.Option("--fluid", help="Of water instead of a shell.")] = False,
+    metal: Annotated[bool, typer.Option("--metal", help="Of a bent shell of metal that yields and tears.")] = False,
     out: Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE", help="Keep the numbers as JSON.")] = None,
 ) -> None:
     """Measure node-steps per second, bytes per node-step, memory bandwidth and time to the first step."""
     from . import bench as measuring
 
-    (measuring.main_fluid if fluid else measuring.main)(tuple(nodes or ()), arch, threads, precision, out)
+    if fluid and metal:
+        raise SceneError("--fluid and --metal are both given: bench measures one of them")
+    (measuring.main_fluid if fluid else measuring.main_metal if metal else measuring.main)(tuple(nodes or ()), arch, threads, precision, out)
 
 
 @app.command()

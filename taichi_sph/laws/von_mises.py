@@ -198,10 +198,11 @@ def return_section(material: ti.template(), s: ti.template(), trial2, bulk, shea
     left = x1 + x2 - slip * (1.0 + part) * (bulk * x1 + shear * x2)
     falls = ti.max(slip * (bulk * (m1 + b1) + shear * (m2 + b2)), 1e-30)
     c = ti.min(ti.max(left / falls, -half), half)
-    r, dp, now = return_with(material, s, c, bulk, shear, sheared, flow, lam, kept, rate_factor)
+    r, dp, now = s, flow * 0.0, flow
     c_last, left_last = c, left
     going, round = 1, 0
     while going == 1:
+        r, dp, now = return_with(material, s, c, bulk, shear, sheared, flow, lam, kept, rate_factor)
         m, b = ti.Vector([r[0], r[1], r[2]]), ti.Vector([r[3], r[4], r[5]])
         left = product(m[0], m[1], m[2], b[0], b[1], b[2])
         round += 1
@@ -222,7 +223,6 @@ def return_section(material: ti.template(), s: ti.template(), trial2, bulk, shea
             c = ti.min(ti.max(c + left / falls, -half), half)  # a bound is tried itself before it is approached
             if c <= low and low > -half or c >= high and high < half or round % 4 == 0:
                 c = 0.5 * (low + high)
-            r, dp, now = return_with(material, s, c, bulk, shear, sheared, flow, lam, kept, rate_factor)
     # what is left of the edge and of Newton is taken by B.13: exactly onto the surface
     r *= now / ti.sqrt(equivalent2(r, material.alpha[0], material.kappa[0]))
     return r, dp, now

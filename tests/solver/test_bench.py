@@ -14,3 +14,10 @@ def test_measure(monkeypatch):
     pairs = 24 * r["pairs_per_node"]
     assert pairs < sum(r["bytes_per_node_step"].values()) < 1.7 * pairs
     assert r["best_node_steps_per_second"] >= r["node_steps_per_second"] > 0
+
+
+def test_measure_metal(monkeypatch):
+    monkeypatch.setattr(bench, "SECONDS", 0.3)
+    r = bench.measure(1600, "cpu", None, "f64", metal=True)
+    assert r["nodes"] == pytest.approx(1600, rel=0.06)
+    assert r["yielding"] > 0.9 and r["broken"] > 0

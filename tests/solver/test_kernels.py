@@ -5,7 +5,7 @@ from pathlib import Path
 
 from taichi.lang.kernel_impl import Kernel
 
-from taichi_sph.scene import Box, Cut, Cylinder, Numerics, PrescribedVelocity, Scene, Shell, Static, SurfacePressure
+from taichi_sph.scene import Box, Cut, Cylinder, Numerics, Perfect, PrescribedVelocity, Scene, Shell, Static, SurfacePressure
 
 from ..plates import SIDE, plate_scene, start, tearing
 
@@ -46,6 +46,7 @@ def test_every_kernel_is_exercised(monkeypatch):
     pushed = SurfacePressure(shell="plate", value=1e4)
     bent = start(plate_scene(motion="free", motions=[held], pressures=[pushed], static=Static(residual=1e-2)))
     bent.advance(1)
+    start(plate_scene(material={"strength": Perfect(yield_stress=1e6)})).advance(20)
     thesis = {"kind": "collocation", "selective_shear": True}
     middle = Cut(start=(0.5 * SIDE, 0, 0), end=(0.5 * SIDE, 0.3 * SIDE, 0))
     start(plate_scene(motion="free", formulation=thesis, cuts=[middle])).advance(1)
