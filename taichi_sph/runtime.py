@@ -70,6 +70,12 @@ def current() -> Runtime:
     return _current
 
 
+def kernels() -> list[str]:
+    """Names of the kernels that were compiled, or loaded from the cache, since the start: "forces.galerkin.Galerkin.gather"."""
+    made = [k.func for k in ti.lang.impl.get_runtime().kernels if k.compiled_kernels]
+    return sorted({f"{f.__module__.removeprefix('taichi_sph.')}.{f.__qualname__}" for f in made if f.__module__.startswith("taichi_sph.")})
+
+
 def capacity(n: int) -> int:
     """n rounded up to the next of 1, 1.25, 1.5, 1.75 times a power of two."""
     n = max(int(n), 8)

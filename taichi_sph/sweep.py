@@ -257,7 +257,7 @@ def _on_cluster(tasks: Mapping[str, Any], scheduler: str, worker: Callable[..., 
     with client:
         session = uuid.uuid4().hex[:8]  # the scheduler must not hand back what it remembers of an earlier sweep
         futures = {client.submit(worker, point, key=f"taichi-sph-{session}-{name}", pure=False): point for name, point in tasks.items()}
-        for future in as_completed(futures):
+        for future in as_completed(futures, loop=client.loop):
             error = future.exception()
             yield future.result() if error is None else _result(futures[future], None, f"{type(error).__name__}: {error}".replace("\n", " "))
 

@@ -1,0 +1,223 @@
+"""The price of accuracy: which knobs a scene has, references, errors, the front, qualities, words, and what validate says."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from taichi_sph import price, sweep
+from taichi_sph.errors import SceneError
+from taichi_sph.scene import load_scene
+
+from ..scene.examples import GOOD
+
+SCRIPT = """
+from pathlib import Path
+from taichi_sph.scene import Quality, Scene, load_scene
+SPACING = {"draft": 2e-3, "standard": 1e-3, "paper": 5e-4}
+
+def scene(quality: Quality = "draft") -> Scene:
+    wanted = [{"name": "crack_width", "unit": "m", "value": 1.0, "tolerance": 0.1}, {"name": "crack_count", "value": 1, "tolerance": 0}]
+    plate = load_scene(Path(__file__).with_name("small.json"), {"numerics.spacing": SPACING[quality]})
+    return plate.derive(quantities=wanted)
+"""
+
+
+def entry(value, target=None, tolerance=None, unit="m"):
+    met = None if target is None or tolerance is None else value is not None and abs(value - target) <= tolerance
+    return {"value": value, "unit": unit, "target": target, "tolerance": tolerance, "source": "theory", "met": met}
+
+
+def knobs(**changes):
+    """Knobs of the small scene with other keys."""
+    return price.knobs(load_scene_of(changes), ["quality"])
+
+
+def load_scene_of(changes):
+    from taichi_sph.scene import Scene
+
+    return Scene.model_validate(GOOD).derive(quality="draft", **changes)
+
+
+def test_knobs_come_from_the_scene():
+    flat = knobs()
+    assert flat[price.BASE] == {} and flat["spacing x 2"] == {"numerics.spacing": 4e-3}
+    assert flat["quality paper"] == {"quality": "paper"}
+    assert flat[price.THESIS] == {"quality": "paper", "numerics.formulation": "collocation"}
+    assert flat["delay x 3"] == {"shells.plate.material.delay.tau_c": pytest.approx(3e-6)}
+    assert not [name for name in flat if name.startswith(("shear_bound", "raised", "layers", "contact", "residual", "viscosity"))]
+    assert not any("quality" in settings for settings in price.knobs(load_scene_of({})).values())  # a scene without that option
+    bent = knobs(**{"shells.plate.motion": "free"})
+    assert {"shear_bound 0", "raised_inertia off"} <= bent.keys() and "layers 3" not in bent
+    viscous = knobs(**{"numerics.formulation": "collocation"})
+    assert {"viscosity alpha 0", "no filters", "galerkin"} <= viscous.keys() and "stabilisation 0.05" not in viscous
+    sound = {f"shells.plate.material.{key}": None for key in ("critical_damage", "delay", "damage")}
+    static = knobs(**{"shells.plate.motion": "free", "static": {}, "shells.plate.cuts": [], **sound})
+    assert "residual x 10" in static and not [n for n in static if n.startswith(("time_step", "raised", "delay"))]
+
+
+def test_every_knob_of_a_struck_metal_plate():
+    from pathlib import Path
+
+    scene = load_scene(Path(__file__).parents[2] / "scenes" / "plate_perforation.py")
+    found = price.knobs(scene, ["quality", "velocity"])
+    assert {"layers 3", "contact tolerance 0.01", "shear_bound 0", "delay x 3", "quality paper"} <= found.keys()
+    assert not {"collocation", price.THESIS} & found.keys()  # the strong form has no plasticity here
+    for name, settings in found.items():
+        if "quality" not in settings:
+            scene.derive(**settings), name  # every one is a valid scene
+
+
+@pytest.mark.parametrize("order", [1.0, 1.7, 3.0])
+def test_richardson_finds_the_limit_and_the_order(order):
+    spacings = (1.0, 1.5, 2.0)
+    values = [3.0 - 0.2 * d**order for d in spacings]
+    limit, found = price.richardson(spacings, values)
+    assert limit == pytest.approx(3.0, rel=1e-9) and found == pytest.approx(order, rel=1e-9)
+
+
+@pytest.mark.parametrize("values", [(1.0, 1.1, 1.05), (1.0, 1.0, 1.1), (1.0, 1.1, 1.1), (1.0, 1.1, 1.1001)])
+def test_richardson_says_where_there_is_none(values):
+    assert price.richardson((1.0, 1.5, 2.0), values) is None
+
+
+def test_what_is_judged():
+    entries = {"count": entry(2, 2, 0), "width": entry(1.1, 1.0, 0.1), "skew": entry(0.0, 0, 0.05), "speed": entry(3.0)}
+    assert price.judged(entries) == (["width"], ["count"])
+    assert price.judged(entries, ["speed"]) == (["speed"], ["count"])
+    assert price.judged({"speed": entry(3.0), "force": entry(1.0)}) == (["speed"], [])
+    with pytest.raises(SceneError, match="--quantity sped: the scene has no such quantity; did you mean 'speed'"):
+        price.judged(entries, ["sped"])
+
+
+def point(name, value, processor, met=True, spacing=1.0, status="done"):
+    return {
+        "name": name, "settings": {}, "scene_hash": name, "status": status, "sentence": "it broke", "command": "", "spacing": spacing, "nodes": 1,
+        "steps": 1, "node_steps": 1e6 * processor, "bytes": 1e6, "seconds": processor, "processor": processor, "values": {"w": value, "count": 1.0 if met else 2.0},
+        "met": {"count": met}, "B_percent": 0.0,
+    }  # fmt: skip
+
+
+def test_references():
+    series = [point("a", 1.0 + 0.1 * d**2, 1, spacing=d) for d in (1.0, 2.0, 4.0)]
+    found = price.references(series[0], ["w"], series, {"w": entry(1.1)})["w"]
+    assert found["kind"] == "richardson" and found["value"] == pytest.approx(1.0) and "order 2" in found["words"]
+    found = price.references(series[0], ["w"], series, {"w": entry(1.1, 1.2, 0.1)})["w"]
+    assert (found["kind"], found["value"], found["limit"]) == ("target", 1.2, pytest.approx(1.0))
+    series[1]["values"]["w"] = 1.0
+    found = price.references(series[0], ["w"], series, {"w": entry(1.1)})["w"]
+    assert (found["kind"], found["value"]) == ("finest", 1.1) and "do not converge monotonically" in found["words"]
+
+
+def record(*points):
+    refs = {"w": {"value": 1.0, "unit": "m", "kind": "target", "words": "theory"}}
+    for p in points:
+        p["error"] = price.error_of(p, refs, ["count"])
+    points = list(points)
+    return {
+        "scene": "small", "title": "A plate", "quality": "draft", "references": refs, "counts": ["count"], "points": points, "front": price.front(points),
+        "qualities": price.qualities(points), "command": "taichi-sph price small", "left_out": {},
+    }  # fmt: skip
+
+
+def several():
+    return [
+        point(price.BASE, 1.02, 10), point("quick", 1.028, 4), point("rough", 1.2, 1), point("fine", 1.004, 40), point("fool", 1.03, 50),
+        point("lucky", 1.0, 2, met=False), point("gone", None, 0.1, status="failed"), point(price.THESIS, 1.05, 30),
+    ]  # fmt: skip
+
+
+def test_errors_front_and_qualities():
+    found = record(*several())
+    errors = {p["name"]: p["error"] for p in found["points"]}
+    assert errors["rough"] == pytest.approx(0.2) and errors["lucky"] is None and errors["gone"] is None
+    assert found["front"] == ["rough", "quick", price.BASE, "fine"]
+    assert found["qualities"] == {"draft": "quick", "standard": "quick", "paper": "fine"}
+    assert price.qualities([p for p in found["points"] if p["error"] is None]) == {}
+
+
+def test_words():
+    said = " ".join(price.sentences(record(*several())))
+    assert "As it is (draft): error 2 % of w for 10 processor seconds." in said
+    assert "Twice as fast (quick, 2.5 times) costs 0.8 % of w." in said
+    assert "Five times as fast (rough, 10 times) costs 18 % of w." in said and "Twenty times as fast: none" in said
+    assert "The least error, 0.4 %, takes 4 times the cost (fine)." in said
+    assert "settings (collocation, its spacing): error 5 % for 30" in said
+    assert "With no more error: as it is, error 2 %, 3 times as fast." in said
+    noisy = several()
+    noisy[0]["spread"], noisy[0]["runs"] = [0.0, 0.05], 4
+    assert "costs 0.8 % of w, which is within the spread of 5 %." in " ".join(price.sentences(record(*noisy)))
+    thesis = several()
+    thesis[-1] = point(price.THESIS, 1.001, 1.5)
+    assert "No point is twice as fast as they are with no more error." in price.sentences(record(*thesis))
+    text = price.table(record(*several()))
+    assert "| gone | failed: it broke |" in text and "another answer: count 2" in text and "| **fine** | 0.4 % | 1.004 | 40.00 |" in text
+
+
+@pytest.fixture
+def runs(work, scene_file, monkeypatch):
+    """plate.py, whose runs find a width that goes with the square of the spacing and is scattered where nodes are moved."""
+    (work / "plate.py").write_text(SCRIPT)
+    asked = []
+
+    def answer(task):
+        asked.append(task["settings"])
+        if task["scene"] is None:
+            return sweep._result(task, None, task["sentence"])
+        n = json.loads(task["scene"])["numerics"]
+        d = n["spacing"] / 2e-3
+        width = 1.0 + 0.04 * d**2 + (0.03 * (n["seed"] - 1.5) if n["irregularity"] else 0.0) + (0.5 if n["precision"] == "f32" else 0.0)
+        summary = {
+            "seconds": {"compile": 1.0, "advance": d**-3, "write": 0.0}, "processor_seconds": d**-3, "node_steps": 1000 * d**-3, "bytes": 5000,
+            "nodes": 5, "steps": 7, "settings": {"spacing": n["spacing"]}, "B_percent": 0.1,
+            "quantities": {"crack_width": entry(width, 1.0, 0.1), "crack_count": entry(1 if d < 1.9 else 3, 1, 0, "")}, "commit": "abc",
+        }  # fmt: skip
+        return sweep._result(task, summary, "")
+
+    monkeypatch.setitem(sweep.run_points.__kwdefaults__, "worker", answer)
+    return asked
+
+
+def test_the_command(call, work, runs):
+    code, out, err = call("price", "plate.py", "--seeds", "2", "--most", "100", "--out", "p", "--record")
+    assert (code, err) == (0, "")
+    found = json.loads((work / "p/price.json").read_text())
+    points = {p["name"]: p for p in found["points"]}
+    assert found["references"]["crack_width"]["kind"] == "target" and found["references"]["crack_width"]["limit"] == pytest.approx(1.0)
+    assert points["quality paper"]["error"] == pytest.approx((0.0025 + 0.0125 + 0.0175) / 3)  # mean over three runs
+    assert points["spacing x 2"]["error"] is None  # three cracks instead of one
+    assert points[price.BASE]["runs"] == 3 and points[price.BASE]["spread"] == pytest.approx([0.025, 0.055])
+    assert "spread" not in points["precision f32"] and points["precision f32"]["error"] == pytest.approx(0.54)
+    assert found["command"] == "taichi-sph price plate.py --seeds 2 --most 100" and found["quality_rule"] == price.QUALITY_RULE
+    assert {s.get("numerics.seed") for s in runs} == {None, 1, 2}
+    text = (work / "p/price.md").read_text()
+    assert "another answer: crack_count 3" in text and "Qualities by the rule (draft: the cheapest" in text
+    for picture in (work / "p/price.png", work / "renders/price_small.png"):
+        assert 5_000 < picture.stat().st_size < 300_000
+    assert json.loads((work / "benchmarks/price/small.json").read_text()) == found
+    # what is done is not run again
+    runs.clear()
+    assert call("price", "plate.py", "--seeds", "2", "--most", "100", "--out", "p")[0] == 0 and runs == []
+    # and validate tells it, of a scene that was measured and of one that was not
+    said = call("validate", "plate.py")[1]
+    assert "measured: error 4 % (2.5 % to 5.5 % over 3 runs) of crack_width, 1 processor s" in said
+    assert "measured: not with these settings" in call("validate", "plate.py", "--set", "numerics.spacing=1.7mm")[1]
+
+
+def test_what_costs_too_much_is_left_out_by_name(call, work, runs):
+    code, out, _ = call("price", "plate.py", "--seeds", "0", "--most", "10", "--out", "p")
+    assert code == 0 and "left out: quality paper, estimated at" in out
+    assert "quality paper" not in [p["name"] for p in json.loads((work / "p/price.json").read_text())["points"]]
+
+
+def test_a_scene_that_has_no_number(call, work, runs, scene_file):
+    code, _, err = call("price", "small.json", "--out", "p")
+    assert code == 2 and "has no quantities, so there is no error to measure" in err and not (work / "p").exists()
+
+
+def test_a_scene_that_gives_no_answer(call, work, runs, monkeypatch):
+    fails = lambda task: sweep._result(task, None, "it broke")  # noqa: E731
+    monkeypatch.setitem(sweep.run_points.__kwdefaults__, "worker", fails)
+    code, _, err = call("price", "plate.py", "--out", "p")
+    assert code == 3 and "the scene as it is gives no answer: it broke" in err
