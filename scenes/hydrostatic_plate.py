@@ -73,7 +73,6 @@ def scene(quality: Quality = "draft") -> Scene:
                 name="history_mean", value=-DEFLECTION, tolerance=0.03 * DEFLECTION, source="Kirchhoff, clamped square",
                 options={"history": "probe_centre", "column": "u_z", "start": 0.5 * duration},
             ),
-            Quantity(name="pressure_slope", source="rho g", options={"start": 0.5 * duration}),
         ],
     )  # fmt: skip
 

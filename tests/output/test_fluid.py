@@ -53,6 +53,7 @@ def test_pressure_of_still_water(tmp_path):
     assert measure("pressure_slope", run, {"start": 0.4}) == pytest.approx(1.1, rel=1e-6)
     assert measure("bottom_pressure", run, {"start": 0.4, "level": 0.2}) == pytest.approx(1.1, rel=1e-6)
     assert measure("bottom_pressure", run, {"start": 0.9, "level": 0.2}) == pytest.approx(1.21, rel=1e-6)
+    assert measure("pressure_slope", run, {"start": 0.4, "skip": 9.2}) is None
     rest = 0.03 * np.sqrt(3 / (2 * G * 0.19))
     assert measure("restlessness", run, {"start": 0.4}) == pytest.approx(rest, rel=1e-5)
     assert measure("layer_pressure", run, {"axis": "z", "low": 0.0, "high": D, "start": 1.0, "end": 1.0}) == pytest.approx(1.1 * p.max(), rel=1e-6)

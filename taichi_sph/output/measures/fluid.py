@@ -62,11 +62,14 @@ def diameter(run: RunFolder) -> float:
     return float(the_fluid(run).array("PointData", "diameter", 0)[0])
 
 
-def pressure_slope(run: RunFolder, scene: Scene, *, start: float, skip: float = 3.0) -> float:
-    """Growth of the mean pressure with depth, over rho g: 1 in water at rest. Leaves out `skip` diameters at top and bottom."""
+def pressure_slope(run: RunFolder, scene: Scene, *, start: float, skip: float = 3.0) -> float | None:
+    """Growth of the mean pressure with depth, over rho g: 1 in water at rest. Leaves out `skip` diameters at top and bottom;
+    None where that leaves less than a diameter."""
     z, p = column(run, scene, start)
     margin = skip * diameter(run)
     inner = (z > z.min() + margin) & (z < z.max() - margin)
+    if not inner.any() or np.ptp(z[inner]) < diameter(run):
+        return None
     return float(-np.polyfit(z[inner], p[inner], 1)[0] / (scene.fluids[0].water.density * weight(scene)[0]))
 
 
