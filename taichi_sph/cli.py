@@ -279,9 +279,18 @@ def spectrum(
 
 
 @app.command()
-def doctor(arch: ArchOption = "cpu") -> None:
+def doctor(
+    arch: ArchOption = "cpu",
+    scene: Annotated[str | None, typer.Option("--scene", metavar="SCENE", help="What this scene takes instead: fields, bytes, kernels.")] = None,
+    quality: QualityOption = None,
+    set_: SetOption = None,
+) -> None:
     """Check this machine: Python, Taichi, threads, pictures, cache, disk; say how to mend what fails."""
-    from .doctor import examine
+    from .doctor import account, examine
+
+    if scene is not None:
+        account(_scene(scene, quality, set_), arch)
+        return
 
     if not examine(arch):
         raise typer.Exit(1)

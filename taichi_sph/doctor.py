@@ -12,11 +12,13 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from .progress import bytes_text
+from .progress import bytes_text, duration_text
+from .scene import Scene
 from .speed import cache_folder
 
 PYTHONS = ((3, 11), (3, 13))
@@ -72,6 +74,28 @@ def examine(arch: str = "cpu", say: Callable[[str], None] = print) -> bool:
             well &= not finding.needed
     say("all is well" if well else "a run cannot start before what is marked BAD is mended")
     return well
+
+
+def account(scene: Scene, arch: str = "cpu", say: Callable[[str], None] = print) -> None:
+    """Prints what a scene takes: fields and bytes by their kind, kernels by their module, seconds to the first step."""
+    from . import runtime
+    from .solver.simulation import Simulation
+
+    sim = Simulation(scene, arch=arch)
+    built = sim.compile_seconds
+    began = time.perf_counter()
+    sim.advance(1)
+    fields, kernels = runtime.current().fields, runtime.kernels()
+    say(f"{scene.title} ({scene.name}, {scene.quality}): {sim.n_nodes} nodes, {sim.stress_points} stress points")
+    for title, sizes in (("fields", fields), ("kernels", dict.fromkeys(kernels, 0))):
+        kinds: dict[str, list[int]] = {}
+        for name, size in sizes.items():
+            kinds.setdefault(name.rpartition(".")[0], []).append(size)
+        total = f", {bytes_text(sum(sizes.values()))}, {sum(sizes.values()) / max(sim.n_nodes, 1):.0f} B per node" if any(sizes.values()) else ""
+        say(f"{len(sizes)} {title}{total}")
+        for kind, own in sorted(kinds.items(), key=lambda entry: -sum(entry[1])):
+            say(f"  {kind}: {len(own)}" + (f", {bytes_text(sum(own))}" if any(own) else ""))
+    say(f"built and compiled in {duration_text(built)}, the first step in {duration_text(time.perf_counter() - began)}")
 
 
 def _python() -> Finding:

@@ -1,7 +1,8 @@
 """The price of accuracy: one scene, its knobs turned one at a time, error against cost.
 
-Cost: processor seconds of the time loop, which other programs on the machine do not disturb, and free of the machine
-node-steps and bytes of fields. Error of a point: the largest over the judged quantities of
+Cost: processor seconds of the time loop, of which other programs on the machine take no part, and free of the machine
+node-steps and bytes of fields. Points are compared by processor seconds; where the scene as it is takes less than LEAST of
+them, loading the kernels is most of it, and node-steps compare. Error of a point: the largest over the judged quantities of
 
     |value - reference| / |reference|
 
@@ -30,7 +31,7 @@ import numpy as np
 from . import run as running
 from . import sweep
 from .errors import RunInterrupted, RunStopped, SceneError, TaichiSphError, nearest
-from .progress import Progress, bytes_text, duration_text
+from .progress import Progress, bytes_text
 from .scene import Scene, Study
 from .scene.schema import MeshFile
 from .scene.script import load_scene, parameters_of
@@ -40,6 +41,7 @@ FOLDER = Path("benchmarks") / "price"
 PICTURES = Path("renders")
 BASE, THESIS = "as it is", "thesis"
 MOVED = 0.05  # spacings: how far the nodes of a perturbed run are moved
+LEAST = 2.0  # processor seconds
 ROUNDS = 3  # of perturbed runs: a new front may hold points that were not perturbed yet
 DRAFT_ERROR = 0.10
 QUALITY_RULE = (
@@ -150,7 +152,9 @@ def judged(entries: Mapping[str, Mapping[str, Any]], wanted: Sequence[str] = ())
     return list(wanted) or own or [k for k in entries if k not in counts][:1], counts
 
 
-def references(base: Mapping[str, Any], names: Sequence[str], series: Sequence[Mapping[str, Any]], entries: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+def references(
+    base: Mapping[str, Any], names: Sequence[str], series: Sequence[Mapping[str, Any]], entries: Mapping[str, Any]
+) -> dict[str, dict[str, Any]]:
     """For each judged quantity the reference, and in words where it comes from. series: points of different spacings."""
     found = {}
     for name in names:
@@ -170,7 +174,8 @@ def references(base: Mapping[str, Any], names: Sequence[str], series: Sequence[M
         else:
             value, kind = fine[0][1] if fine else base["values"][name], "finest"
             words = f"the finest run; {words}"
-        found[name] = {"value": value, "unit": entries[name]["unit"], "kind": kind, "words": words, "limit": limit and limit[0], "order": limit and limit[1]}
+        tends, order = limit or (None, None)
+        found[name] = {"value": value, "unit": entries[name]["unit"], "kind": kind, "words": words, "limit": tends, "order": order}
     return found
 
 
@@ -204,7 +209,7 @@ def error_of(p: Mapping[str, Any], refs: Mapping[str, Mapping[str, Any]], counts
 def front(points: Sequence[Mapping[str, Any]]) -> list[str]:
     """Names of the points that no other one beats in both cost and error, cheapest first."""
     names, best = [], math.inf
-    for p in sorted((p for p in points if p["error"] is not None), key=lambda p: (p["processor"], p["error"])):
+    for p in sorted((p for p in points if p["error"] is not None), key=lambda p: (p["cost"], p["error"])):
         if p["error"] < best:
             names.append(p["name"])
             best = p["error"]
@@ -221,7 +226,7 @@ def qualities(points: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     good = [p["name"] for p in ends if p["error"] < DRAFT_ERROR]
     if good:
         found["draft"] = good[0]
-    x = np.log([p["processor"] for p in ends])
+    x = np.log([p["cost"] for p in ends])
     y = np.log([max(p["error"], 1e-9) for p in ends])
     share = (x - x[0]) / max(x[-1] - x[0], 1e-12)
     found["standard"] = ends[int(np.argmax(y[0] + share * (y[-1] - y[0]) - y))]["name"]
@@ -242,14 +247,18 @@ def _error_words(p: Mapping[str, Any]) -> str:
     return text
 
 
+def _cost(p: Mapping[str, Any]) -> str:
+    return f"{p['processor']:.2g} processor seconds, {p['node_steps'] / 1e6:.2g} M node-steps"
+
+
 def sentences(record: Mapping[str, Any]) -> list[str]:
     """What the chart says."""
     points = {p["name"]: p for p in record["points"]}
     base, of = points[BASE], " and ".join(record["references"])
-    lines = [f"As it is ({record['quality']}): error {_error_words(base)} of {of} for {base['processor']:.2g} processor seconds."]
+    lines = [f"As it is ({record['quality']}): error {_error_words(base)} of {of} for {_cost(base)}."]
     usable = [p for p in points.values() if p["error"] is not None]
     for times, word in ((2, "Twice"), (5, "Five times"), (20, "Twenty times")):
-        faster = [p for p in usable if p["processor"] <= base["processor"] / times]
+        faster = [p for p in usable if p["cost"] <= base["cost"] / times]
         if not faster:
             lines.append(f"{word} as fast: none of the knobs by itself.")
             break
@@ -258,14 +267,14 @@ def sentences(record: Mapping[str, Any]) -> list[str]:
     better = [p for p in usable if base["error"] is None or p["error"] < base["error"]]
     if better:
         best = min(better, key=lambda p: p["error"])
-        lines.append(f"The least error, {_error_words(best)}, takes {best['processor'] / base['processor']:.2g} times the cost ({best['name']}).")
+        lines.append(f"The least error, {_error_words(best)}, takes {best['cost'] / base['cost']:.2g} times the cost ({best['name']}).")
     if THESIS in points:
         lines += _thesis(points[THESIS], usable)
     return lines
 
 
 def _costs(p: Mapping[str, Any], base: Mapping[str, Any], of: str) -> str:
-    how = f"({p['name']}, {base['processor'] / p['processor']:.2g} times)"
+    how = f"({p['name']}, {base['cost'] / p['cost']:.2g} times)"
     if base["error"] is None:
         return f"{how} has error {_error_words(p)}."
     more = p["error"] - base["error"]
@@ -277,13 +286,13 @@ def _costs(p: Mapping[str, Any], base: Mapping[str, Any], of: str) -> str:
 def _thesis(thesis: Mapping[str, Any], usable: Sequence[Mapping[str, Any]]) -> list[str]:
     if thesis["status"] != "done":
         return [f"The thesis's own settings (collocation, its spacing) find no answer: {thesis['sentence']}"]
-    line = f"The thesis's own settings (collocation, its spacing): error {_error_words(thesis)} for {thesis['processor']:.2g} processor seconds."
+    line = f"The thesis's own settings (collocation, its spacing): error {_error_words(thesis)} for {_cost(thesis)}."
     limit = math.inf if thesis["error"] is None else thesis["error"]
-    better = [p for p in usable if p["error"] <= limit and p["processor"] <= thesis["processor"] / 2]
+    better = [p for p in usable if p["error"] <= limit and p["cost"] <= thesis["cost"] / 2]
     if not better:
         return [line, "No point is twice as fast as they are with no more error."]
     best = min(better, key=lambda p: p["error"])
-    return [line, f"With no more error: {best['name']}, error {_error_words(best)}, {thesis['processor'] / best['processor']:.2g} times as fast."]
+    return [line, f"With no more error: {best['name']}, error {_error_words(best)}, {thesis['cost'] / best['cost']:.2g} times as fast."]
 
 
 def table(record: Mapping[str, Any]) -> str:
@@ -292,20 +301,21 @@ def table(record: Mapping[str, Any]) -> str:
     head = ["point", "error", *names, "processor s", "M node-steps", "MB", "vs as it is"]
     lines = [f"| {' | '.join(head)} |", f"|{' --- |' * len(head)}"]
     base = next(p for p in record["points"] if p["name"] == BASE)
-    for p in sorted(record["points"], key=lambda p: p["processor"] or math.inf):
+    for p in sorted(record["points"], key=lambda p: p["cost"] or math.inf):
         if p["status"] != "done":
             lines.append(f"| {p['name']} | failed: {p['sentence']} |{'  |' * (len(head) - 2)}")
             continue
         name = f"**{p['name']}**" if p["name"] in record["front"] else p["name"]
         values = [f"{p['values'][n]:.4g}" if p["values"].get(n) is not None else "none" for n in names]
         error = _error_words(p) if p["error"] is not None else f"another answer: {_other(p, record['counts'])}"
-        cost = [f"{p['processor']:.2f}", f"{p['node_steps'] / 1e6:.2f}", f"{p['bytes'] / 1e6:.1f}", f"{p['processor'] / base['processor']:.2f}"]
+        cost = [f"{p['processor']:.2f}", f"{p['node_steps'] / 1e6:.2f}", f"{p['bytes'] / 1e6:.1f}", f"{p['cost'] / base['cost']:.2f}"]
         lines.append(f"| {' | '.join([name, error, *values, *cost])} |")
     return "\n".join(lines)
 
 
 def _other(p: Mapping[str, Any], counts: Sequence[str]) -> str:
-    return ", ".join(f"{name} {p['values'][name]:g}" for name in counts if not p["met"].get(name) and p["values"].get(name) is not None) or "a number is missing"
+    values = {name: p["values"].get(name) for name in counts if not p["met"].get(name)}
+    return ", ".join(f"{name} {value:g}" for name, value in values.items() if value is not None) or "a number is missing"
 
 
 # --- recorded ---------------------------------------------------------------------------------------
@@ -323,7 +333,7 @@ def recorded(scene: Scene | Study, scene_hash: str) -> list[str]:
     p = same[0]
     chosen = [q for q, name in record["qualities"].items() if name == p["name"]]
     error = f"error {_error_words(p)} of {' and '.join(record['references'])}" if p["error"] is not None else "another answer than expected"
-    text = f"measured: {error}, {p['processor']:.2g} processor s, {p['node_steps'] / 1e6:.2g} M node-steps, {bytes_text(p['bytes'])} ({path})"
+    text = f"measured: {error}, {_cost(p)}, {bytes_text(p['bytes'])} ({path})"
     return [text, *(f"measured: by the rule this is the {q} point" for q in chosen)]
 
 
@@ -381,8 +391,9 @@ def main(
         names, counts = judged(entries, quantities)
         series = [p for p in points if p["status"] == "done" and (p["name"] == BASE or p["name"].startswith(("spacing", "quality")))]
         refs = references(points[0], names, series, entries)
+        measure = "processor" if points[0]["processor"] >= LEAST else "node_steps"
         for p in points:
-            p["error"] = error_of(p, refs, counts)
+            p["error"], p["cost"] = error_of(p, refs, counts), p[measure]
         if seeds and any(shell.material.critical_damage is not None for shell in scene.shells):
             _perturb(points, run, seeds, refs, counts)
     except (KeyboardInterrupt, RunInterrupted):
@@ -398,6 +409,7 @@ def main(
         "seconds": sum(p["seconds"] or 0.0 for p in points),
         "references": refs,
         "counts": counts,
+        "cost": measure,
         "points": points,
         "front": front(points),
         "qualities": qualities(points),

@@ -102,7 +102,8 @@ def one_at_a_time(design: Mapping[str, Sequence[str]]) -> list[Settings]:
 
 def words(settings: Mapping[str, Any]) -> str:
     """'spacing = 2mm, formulation = collocation'."""
-    return ", ".join(f"{key.removeprefix('numerics.').removeprefix('formulation.')} = {value}" for key, value in settings.items()) or "as it is"
+    short = {key.removeprefix("numerics.").removeprefix("formulation."): value for key, value in settings.items()}
+    return ", ".join(f"{key} = {value}" for key, value in short.items()) or "as it is"
 
 
 def task(
@@ -259,7 +260,8 @@ def _on_cluster(tasks: Mapping[str, Any], scheduler: str, worker: Callable[..., 
         futures = {client.submit(worker, point, key=f"taichi-sph-{session}-{name}", pure=False): point for name, point in tasks.items()}
         for future in as_completed(futures, loop=client.loop):
             error = future.exception()
-            yield future.result() if error is None else _result(futures[future], None, f"{type(error).__name__}: {error}".replace("\n", " "))
+            said = f"{type(error).__name__}: {error}".replace("\n", " ")
+            yield future.result() if error is None else _result(futures[future], None, said)
 
 
 # --- the table --------------------------------------------------------------------------------------

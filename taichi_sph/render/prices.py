@@ -1,4 +1,4 @@
-"""The chart of accuracy against cost, from the record of `taichi-sph price`; and maps of stability."""
+"""The chart of accuracy against cost, from the record of `taichi-sph price`."""
 
 from __future__ import annotations
 
@@ -26,25 +26,34 @@ def render_price(record: Mapping[str, Any], path: Path) -> Path:
             (left, "processor", 1.0, "processor seconds of the time loop"),
             (right, "node_steps", 1e-6, "million node-steps"),
         ):
-            _points(axes, points, record["front"], key, scale)
+            _points(axes, points, key, scale)
+            _others(axes, [p for p in record["points"] if p["status"] == "done" and p["error"] is None], key, scale)
             axes.set_xlabel(label)
         left.set_ylabel("error of " + " and ".join(record["references"]))
         figure.suptitle(f"{record['title']}: what accuracy costs", x=0.02, ha="left", fontweight="bold")
         figure.text(
             0.02, 0.01, "line: points that no other one beats; bar: runs with nodes moved at random; square: the scene as it is; "
-            "diamond: the thesis's settings", fontsize=8, color=SOFT_LINE,
+            "diamond: the thesis's settings; cross: another answer", fontsize=8, color=SOFT_LINE,
         )  # fmt: skip
         figure.tight_layout(rect=(0, 0.03, 1, 0.97))
         return _save(figure, path, dpi=100)
 
 
-def _points(axes: plt.Axes, points: list[Mapping[str, Any]], front: list[str], key: str, scale: float) -> None:
+def _points(axes: plt.Axes, points: list[Mapping[str, Any]], key: str, scale: float) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.yaxis.set_major_formatter(lambda v, _: f"{100 * v:g} %")
+    axes.yaxis.set_major_formatter(lambda v, _: f"{100 * v:.3g} %")
+    narrow = max(p["error"] for p in points) < 4 * max(min(p["error"] for p in points), LEAST)
+    digits = "123456789" if narrow else "25"
+    axes.yaxis.set_minor_formatter(lambda v, _: f"{100 * v:.2g} %" if f"{v:e}"[0] in digits else "")
+    axes.xaxis.set_major_formatter(lambda v, _: f"{v:g}")
+    axes.xaxis.set_minor_formatter(lambda v, _: f"{v:g}" if f"{v:e}"[0] in "25" else "")
     axes.grid(True, which="major", color="#e6e9ec", linewidth=0.6)
-    by_name = {p["name"]: p for p in points}
-    line = [by_name[name] for name in front]
+    line: list[Mapping[str, Any]] = []
+    for p in sorted(points, key=lambda p: (p[key], p["error"])):
+        if not line or p["error"] < line[-1]["error"]:
+            line.append(p)
+    front = [p["name"] for p in line]
     axes.plot([p[key] * scale for p in line], [max(p["error"], LEAST) for p in line], color=SOFT_LINE, linewidth=1, zorder=1)
     for p in points:
         x, y = p[key] * scale, max(p["error"], LEAST)
@@ -53,7 +62,14 @@ def _points(axes: plt.Axes, points: list[Mapping[str, Any]], front: list[str], k
             axes.plot([x, x], [max(e, LEAST) for e in p["spread"]], color=colour, linewidth=2.5, alpha=0.35, zorder=1)
         marker = {"as it is": "s", "thesis": "D"}.get(p["name"], "o")
         axes.plot(x, y, marker, color=colour, markersize=8 if marker != "o" else 5, zorder=3)
-    _label(axes, [(p["name"], p[key] * scale, max(p["error"], LEAST)) for p in points if p["name"] in front or p["name"] in ("as it is", "thesis", "collocation") or p["name"].startswith(("quality", "spacing"))])
+    named = [p for p in points if p["name"] in (*front, "as it is") or p["name"].split()[0] in ("thesis", "collocation", "quality", "spacing")]
+    _label(axes, [(p["name"], p[key] * scale, max(p["error"], LEAST)) for p in named])
+
+
+def _others(axes: plt.Axes, points: list[Mapping[str, Any]], key: str, scale: float) -> None:
+    """Crosses along the top: what gave another number of cracks, or none."""
+    for p in points:
+        axes.plot(p[key] * scale, 0.985, "x", color=SOFT_LINE, markersize=6, transform=axes.get_xaxis_transform(), clip_on=False)
 
 
 def _label(axes: plt.Axes, entries: list[tuple[str, float, float]]) -> None:

@@ -94,7 +94,7 @@ def test_what_is_judged():
 def point(name, value, processor, met=True, spacing=1.0, status="done"):
     return {
         "name": name, "settings": {}, "scene_hash": name, "status": status, "sentence": "it broke", "command": "", "spacing": spacing, "nodes": 1,
-        "steps": 1, "node_steps": 1e6 * processor, "bytes": 1e6, "seconds": processor, "processor": processor, "values": {"w": value, "count": 1.0 if met else 2.0},
+        "steps": 1, "node_steps": 1e6 * processor, "bytes": 1e6, "seconds": processor, "processor": processor, "cost": processor, "values": {"w": value, "count": 1.0 if met else 2.0},
         "met": {"count": met}, "B_percent": 0.0,
     }  # fmt: skip
 
@@ -139,7 +139,7 @@ def test_errors_front_and_qualities():
 
 def test_words():
     said = " ".join(price.sentences(record(*several())))
-    assert "As it is (draft): error 2 % of w for 10 processor seconds." in said
+    assert "As it is (draft): error 2 % of w for 10 processor seconds, 10 M node-steps." in said
     assert "Twice as fast (quick, 2.5 times) costs 0.8 % of w." in said
     assert "Five times as fast (rough, 10 times) costs 18 % of w." in said and "Twenty times as fast: none" in said
     assert "The least error, 0.4 %, takes 4 times the cost (fine)." in said
@@ -189,7 +189,7 @@ def test_the_command(call, work, runs):
     assert points["spacing x 2"]["error"] is None  # three cracks instead of one
     assert points[price.BASE]["runs"] == 3 and points[price.BASE]["spread"] == pytest.approx([0.025, 0.055])
     assert "spread" not in points["precision f32"] and points["precision f32"]["error"] == pytest.approx(0.54)
-    assert found["command"] == "taichi-sph price plate.py --seeds 2 --most 100" and found["quality_rule"] == price.QUALITY_RULE
+    assert found["command"] == "taichi-sph price plate.py --seeds 2 --most 100" and found["cost"] == "node_steps" and found["quality_rule"] == price.QUALITY_RULE
     assert {s.get("numerics.seed") for s in runs} == {None, 1, 2}
     text = (work / "p/price.md").read_text()
     assert "another answer: crack_count 3" in text and "Qualities by the rule (draft: the cheapest" in text
@@ -201,7 +201,7 @@ def test_the_command(call, work, runs):
     assert call("price", "plate.py", "--seeds", "2", "--most", "100", "--out", "p")[0] == 0 and runs == []
     # and validate tells it, of a scene that was measured and of one that was not
     said = call("validate", "plate.py")[1]
-    assert "measured: error 4 % (2.5 % to 5.5 % over 3 runs) of crack_width, 1 processor s" in said
+    assert "measured: error 4 % (2.5 % to 5.5 % over 3 runs) of crack_width, 1 processor seconds, 0.001 M node-steps, 5 kB" in said
     assert "measured: not with these settings" in call("validate", "plate.py", "--set", "numerics.spacing=1.7mm")[1]
 
 
@@ -221,3 +221,17 @@ def test_a_scene_that_gives_no_answer(call, work, runs, monkeypatch):
     monkeypatch.setitem(sweep.run_points.__kwdefaults__, "worker", fails)
     code, _, err = call("price", "plate.py", "--out", "p")
     assert code == 3 and "the scene as it is gives no answer: it broke" in err
+
+
+def test_what_a_scene_takes(call, work, scene_file):
+    """The real simulation: fields add up to its bytes, and a plate in its plane has no kernel of contact."""
+    from taichi_sph import runtime
+
+    code, out, err = call("doctor", "--scene", "small.json")
+    lines = out.splitlines()
+    assert code == 0 and lines[0].startswith("A small plate (small, custom): 231 nodes")
+    run = runtime.current()
+    assert lines[1].startswith(f"{len(run.fields)} fields, ") and sum(run.fields.values()) == run.bytes
+    counts = [int(line.rpartition(": ")[2].split(",")[0]) for line in lines[2:] if line.startswith("  ")]
+    assert sum(counts) == len(run.fields) + len(runtime.kernels())
+    assert "  forces.galerkin: " in out and "contact" not in out and "built and compiled in" in lines[-1]
