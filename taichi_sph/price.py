@@ -267,7 +267,7 @@ def sentences(record: Mapping[str, Any]) -> list[str]:
     better = [p for p in usable if base["error"] is None or p["error"] < base["error"]]
     if better:
         best = min(better, key=lambda p: p["error"])
-        lines.append(f"The least error, {_error_words(best)}, takes {best['cost'] / base['cost']:.2g} times the cost ({best['name']}).")
+        lines.append(f"The least error, {_error_words(best)}, takes {best['cost'] / base['cost']:.3g} times the cost ({best['name']}).")
     if THESIS in points:
         lines += _thesis(points[THESIS], usable)
     return lines

@@ -157,7 +157,8 @@ def compute(point: Mapping[str, Any]) -> dict[str, Any]:
         return _result(point, None, f"it was not done after {duration_text(point['patience'])}")
     if code < 0 or not stderr:
         return _result(point, None, f"the process ended with {f'signal {-code}' if code < 0 else f'exit code {code}'}")
-    return _result(point, None, stderr[-1].removeprefix("taichi-sph: ").replace(folder + os.sep, ""))
+    where = [line.strip() for line in stderr if line.startswith('  File "')][-1:]  # of an error that nobody expected
+    return _result(point, None, "; ".join([stderr[-1].removeprefix("taichi-sph: "), *where]).replace(folder + os.sep, ""))
 
 
 # the program, which ends when the process that started it does: its standard input closes then

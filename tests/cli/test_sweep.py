@@ -162,6 +162,8 @@ def test_a_process_that_crashes_is_a_sentence(monkeypatch, script):
     assert sweep.compute(sweep.task(script, {}, {}))["sentence"] == "the process ended with signal 9"
     monkeypatch.setattr(sweep, "CHILD", "import sys; print('taichi-sph: it broke', file=sys.stderr); sys.exit(3)")
     assert sweep.compute(sweep.task(script, {}, {}))["sentence"] == "it broke"
+    monkeypatch.setattr(sweep, "CHILD", "[][0]")
+    assert sweep.compute(sweep.task(script, {}, {}))["sentence"] == 'IndexError: list index out of range; File "<string>", line 1, in <module>'
 
 
 def test_a_process_ends_with_the_one_that_started_it(tmp_path):
