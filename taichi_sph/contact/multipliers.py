@@ -10,9 +10,9 @@ further, so penetration stays at the order of what the normals turn in a step. B
 rebound speed. Impulses are equal and opposite on each pair, so linear momentum is kept to rounding.
 
 Solved by accelerated projected gradients (Nesterov; Mazhar et al. 2015), each pair scaled by the inverse masses that
-it would see if every participant were split among its pairs (Tonge et al. 2012): that scaling bounds b from above, so the iteration
-converges for any set of pairs, redundant ones too. The momentum of a pair restarts when it climbs (O'Donoghue and
-Candes 2015). Pairs gather from participants and participants from pairs: no scatter, one result for any number of threads.
+it would see if every participant were split among its pairs (Tonge et al. 2012): that scaling bounds b from above for any set of
+pairs, redundant ones too. The momentum of a pair restarts when it climbs (after O'Donoghue and Candes 2015, who restart all at once). Pairs
+gather from participants and participants from pairs: no scatter, one result for any number of threads.
 """
 
 import time as clock
@@ -20,7 +20,7 @@ import time as clock
 import numpy as np
 
 from .. import runtime
-from ..errors import SceneError
+from ..errors import RunStopped, SceneError
 from ..model.rigid import place, spin_of, spun
 from ..runtime import ti
 from ..scene.rigid import PinballContact
@@ -28,7 +28,7 @@ from .bodies import Bodies, inverse_mass, mobility, place_of_node, radius_agains
 from .pairs import FLUID_RIGID, FLUID_SHELL, RIGID_RIGID, RIGID_SHELL, Pairs, disc_gap
 
 BLOCK = 512
-CHECK = 8  # iterations between two looks at the error
+FIRST, CHECK = 2, 8  # iterations before the first look at the error; the most between two looks
 SMALL = 1e-2  # of the fastest speed: an approach below it is not resolved any finer
 
 
@@ -89,11 +89,11 @@ class Contact:
             _rest(bodies.rigids, bodies.nr)
         if bodies.has_fluid:
             _calm(bodies.fluid, bodies.nf)
-        if renumbered or 2.0 * self.travelled > 0.9 * self.skin:
-            pairs.search(self.skin)
-            self.travelled = 0.0
         top = _fastest(bodies, bodies.ns, bodies.nf, bodies.nr)
-        self.travelled += dt * top
+        self.travelled += dt * top  # by the end of the step to come
+        if renumbered or 2.0 * self.travelled > 0.9 * self.skin:
+            pairs.search(self.skin + 2.0 * dt * top)
+            self.travelled = dt * top
         self.iterations = 0
         if pairs.n:
             largest = _measure(self, pairs.n, dt, kick, half_time, self.skin, 1)
@@ -110,17 +110,24 @@ class Contact:
 
     def _solve(self, scale: float) -> None:
         pairs = self.pairs
-        t = 1.0
+        t, some = 1.0, FIRST
         error = np.inf
         while self.iterations < self.settings.iterations:
-            for _ in range(CHECK):
+            some = min(some, self.settings.iterations - self.iterations)
+            for _ in range(some):
                 following = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * t * t))
                 _correct(self, pairs.n_who, 1)
                 _project(self, pairs.n, (t - 1.0) / following)
                 t = following
-            self.iterations += CHECK
+            self.iterations += some
+            some = min(2 * some, CHECK)
             _correct(self, pairs.n_who, 0)
             error = _error(self, pairs.n) / scale
+            if not np.isfinite(error):
+                raise RunStopped(
+                    "contact: the velocities of touching bodies are no numbers any more; the step is likely too long: lower "
+                    "numerics.time_step_safety, and look at the last frame"
+                )
             if error <= self.settings.tolerance:
                 break
         else:
@@ -376,7 +383,10 @@ def _error(contact: ti.template(), n: ti.i32) -> ti.f64:
     for k in range(n):
         if contact.pairs.near[k] == 1:
             r = _corrected(contact, k)
-            ti.atomic_max(top, ti.max(-r, ti.min(r, contact.pairs.p[k] * contact.pairs.weight[k])))
+            wrong = ti.max(-r, ti.min(r, contact.pairs.p[k] * contact.pairs.weight[k]))
+            if not (wrong < ti.math.inf):  # also true for nan
+                wrong = ti.math.inf
+            ti.atomic_max(top, wrong)
     return top
 
 
@@ -425,6 +435,9 @@ def _book(
                     after = contact.pairs.free[k] + _corrected(contact, k) - contact.pairs.slack[k]
                     behind += contact.pairs.p[k] * contact.pairs.before[k]
                     ahead += contact.pairs.p[k] * after
+        if dt_before == 0.0:
+            # v_0 is given at t = 0, and the kinetic energy there is that of v_0 less 1/2 p (v_1 - v_0), as in solver.step
+            contact.work[b] -= 0.5 * (ahead - behind)
         contact.work[b] += 0.5 * dt_before * per_kick * behind
         contact.ahead[b] = 0.5 * dt * per_kick * ahead
     return touching

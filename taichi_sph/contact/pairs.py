@@ -6,9 +6,10 @@ q the point of the flat disc nearest to the ball's centre c,
 
     n = (c - q) / |c - q|,     gap = |c - q| - R_2 - e/2
 
-Over the disc this is T 3.19; beside it the ball touches when d_t < R_1 + sqrt((R_2 + e/2)^2 - d_n^2), which is T 3.20, but
+Over the disc this is T 3.19; beside it the ball touches when d_t < R_1 + sqrt((R_2 + e/2)^2 - d_n^2), where T 3.20 has
+sqrt(R_2^2 - (d_n - e/2)^2), and
 the normal leans as the rim does. T pushes along the director even there, and so a striker that has passed the plane of
-the shell would drag the rim of its hole along.
+the shell would drag the rim of its hole along. The rim being round, a ball touches it up to e/2 before T 3.20 says.
 
 Candidates are counted and written by their owners in order: the list is the same for any number of threads.
 """
@@ -73,7 +74,7 @@ class Pairs:
         self.n = 0
         if b.has_shell and (b.has_fluid or self.self_contact):
             _node_places(self, b.ns)
-            largest = 0.75 * 1.5 * b.extent + b.half_thickness
+            largest = _largest_disc(b, b.ns) + b.half_thickness
             ball = b.fluid_radius[1] if b.has_fluid else 0.0
             self.grid.reach = largest + max(ball, b.half_thickness) + skin
             self.grid.rebuild()
@@ -105,6 +106,15 @@ class Pairs:
         if found:
             look(self, owners, skin, 1, self.n, inverse, table)
         self.n += found
+
+
+@ti.kernel
+def _largest_disc(bodies: ti.template(), n: ti.i32) -> ti.f64:
+    """Radius of the largest disc [m]."""
+    top = ti.cast(0.0, ti.f64)
+    for i in range(n):
+        ti.atomic_max(top, bodies.disc[i])
+    return top
 
 
 @ti.func

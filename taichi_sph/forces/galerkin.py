@@ -95,7 +95,7 @@ class Galerkin:
         if material.yields:
             # sqrt(J) for u and for d: q now, and the slip rho
             self.slip = runtime.new("galerkin.slip", n, 4)
-            self.slipped = runtime.new("galerkin.slipped", n)  # J, taken from the residuals by slip
+            self.slipped = runtime.new("galerkin.slipped", n, dtype="f64")  # J, taken from the residuals by slip
             self.reach = runtime.new("galerkin.reach", n)  # sqrt(J)/Pa, q_y over sigma_y
             runtime.put(self.reach, np.sqrt(membrane * scale) * local * (1.0 - nu**2) / young)
         if self.bends:

@@ -6,7 +6,7 @@ U^2 = C = 1 + 2 E, of the middle of the step:
     d_eps = U^-1 dE U^-1,   d_beta = e / sqrt(12) U^-1 dkappa U^-1,   d_gamma = U^-1 dgamma,    e = e_0 / det U
 
 That is the rate of deformation in the frame which the polar rotation carries along: stretching adds up to the
-logarithmic strain and rotations do not count (METHOD: differences of Almansi's strain saturate). Thickness follows
+logarithmic strain and rotations do not count (differences of Almansi's strain, T 2.7, would saturate). Thickness follows
 from incompressibility; the elastic change of volume, some thousandths at most, is left out. The stresses m, b, s
 (laws/von_mises.py) are kept in that frame, per unit of reference volume (Kirchhoff) and effective, that is of the
 undamaged part. With U at the end of the step they give the resultants on the reference,

@@ -76,7 +76,7 @@ class Cells:
             self.director_1 = runtime.new("cells.director_1", n, 3)  # 1/m, N_,1 and N_,2
             self.director_2 = runtime.new("cells.director_2", n, 3)
             self.shear = runtime.new("cells.shear", n)  # N/m, G_s: transverse shear stiffness
-        self.lost = runtime.new("cells.lost", n)  # J, taken by damage so far
+        self.lost = runtime.new("cells.lost", n, dtype="f64")  # J, taken by damage so far: a sum of many small parts
         self.spares = sound is not None
         if self.spares:
             self.sound = runtime.new("cells.sound", n, dtype="i32")  # 1: never damaged
@@ -113,7 +113,7 @@ class Cells:
         self.stress = runtime.new("cells.stress", n, 8 if bends else 3)  # Pa, m, b, s: effective, or summed over layers
         self.plastic = runtime.new("cells.plastic", n)  # p, cumulated plastic strain
         self.flow = runtime.new("cells.flow", n)  # Pa, yield stress now, at rates that do not count
-        self.dissipated = runtime.new("cells.dissipated", n)  # J, taken by plastic flow so far
+        self.dissipated = runtime.new("cells.dissipated", n, dtype="f64")  # J, taken by plastic flow so far
         runtime.put(self.flow, np.full(n, material.first))
         names = ["stress", "plastic", "flow", "dissipated"]
         self.limit = self.flow  # Pa, yield stress at the rate of the last yielding

@@ -91,7 +91,7 @@ def _setting(name: str, value: Any) -> str:
 
 
 def _settings(summary: dict[str, Any], silent: Iterable[str] = SILENT) -> str:
-    return ", ".join(_setting(k, v) for k, v in summary["settings"].items() if k not in silent)
+    return ", ".join(_setting(k, v) for k, v in summary["settings"].items() if k not in silent and v != "")
 
 
 def overview(summaries: Iterable[dict[str, Any]]) -> str:
@@ -104,7 +104,8 @@ def overview(summaries: Iterable[dict[str, Any]]) -> str:
         expected = [entry["met"] for entry in s["quantities"].values() if entry["met"] is not None]
         runs = f", {len(s['cases'])} runs" if "cases" in s else ""
         lines.append(
-            f"| [{s['title']}](RESULTS.md#{s['scene']}) | {s['quality']}, {_settings(s, (*SILENT, 'spacing'))}{runs} | "
+            f"| [{s['title']}](RESULTS.md#{s['scene']}) | "
+            f"{', '.join(filter(None, [s['quality'], _settings(s, (*SILENT, 'spacing'))]))}{runs} | "
             f"{f'{sum(expected)} of {len(expected)}' if expected else ''} | {_percent(s['B_percent'])} | "
             f"{_percent(s['closed_residual_percent'])} | {s['nodes']} | {s['seconds'].get('advance', 0):.1f} |"
         )

@@ -93,8 +93,7 @@ def write_summary(
 
     seconds: by name, "advance" the time loop without output and compilation. `node_steps_per_second`
     counts nodes over that time; stress points are not counted. processor: seconds of all threads in the time loop; bytes: of
-    all fields. contact: what its solver reports (contact.multipliers);
-    its share of the steps is added.
+    all fields. contact: what its solver reports (contact.multipliers).
     """
     scene = run.scene
     write_crack_tips(run, scene)
@@ -136,7 +135,7 @@ def write_summary(
         "node_steps_per_second": nodes * steps / advance if advance > 0 else None,
         "B_percent": largest("B_percent"),
         "closed_residual_percent": largest("closed_residual_percent"),
-        **({} if contact is None else {"contact": {**contact, "share": contact["seconds"] / max(advance, 1e-300)}}),
+        **({} if contact is None else {"contact": dict(contact)}),
         "quantities": measured(run, scene),
     }
     write_json(run.path / "summary.json", summary)

@@ -92,6 +92,7 @@ def scene(s: "Scene") -> None:
         raise ValueError(f"shells has {len(s.shells)} entries; one body per scene can be computed so far")
     _rigids(s)
     _fluids(s)
+    _contact(s)
     names = [shell.name for shell in s.shells]
     for key in ("forces", "moments", "pressures", "motions", "initial"):
         for number, load in enumerate(getattr(s, key)):
@@ -152,6 +153,19 @@ def _rigids(s: "Scene") -> None:
     for key in ("static", "modes", "limit"):
         if getattr(s, key) is not None:
             raise ValueError(f"{key}: rigid bodies move in time; leave out {key} or rigids")
+
+
+def _contact(s: "Scene") -> None:
+    """Settings of contact in scenes where nothing meets."""
+    own = any(shell.self_contact for shell in s.shells)
+    for number, shell in enumerate(s.shells):
+        if shell.self_contact and shell.motion == "in_plane":
+            raise ValueError(f"shells[{number}].self_contact: shell '{shell.name}' moves in its plane; give it motion = 'free'")
+    for key in ("static", "modes", "limit"):
+        if own and getattr(s, key) is not None:
+            raise ValueError(f"{key}: contact moves in time; leave out {key} or self_contact")
+    if s.numerics.contact is not None and not (own or s.rigids or (s.fluids and s.shells)):
+        raise ValueError("numerics.contact: no two bodies of this scene can meet; leave it out")
 
 
 def _fluids(s: "Scene") -> None:

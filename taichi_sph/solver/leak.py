@@ -21,9 +21,10 @@ class LeakGauge:
         self.looked = np.zeros(n)  # s, when
         self.before = (0.0, 0.0)  # time [s] and escaped mass [kg] of the sample before
         self.rate, self.jet = 0.0, np.zeros(3)  # kg/s, m/s: of the last sample
+        self.row = self._row(0.0)  # of the last sample; asking for it again changes nothing
 
     def look(self) -> dict[str, float]:
-        """The row of histories/leak.csv now."""
+        """Looks, and returns the row of histories/leak.csv now."""
         from scipy.spatial import cKDTree
 
         sim, p = self.sim, self.sim.fluid.p
@@ -50,6 +51,10 @@ class LeakGauge:
             self.before = (sim.time, mass)
         if len(left):
             self.jet = v[left].mean(axis=0)
+        self.row = self._row(mass)
+        return self.row
+
+    def _row(self, mass: float) -> dict[str, float]:
         speed = float(np.linalg.norm(self.jet))
         direction = self.jet / speed if speed else self.jet
         return {

@@ -76,8 +76,9 @@ class Ledger:
         """Adds what the fluid keeps and takes; returns what gravity and walls gave [J]."""
         found = self.sim.fluid.energies()
         internal["elastic"] += found["elastic"]
-        internal["fluid viscous"] = found["viscous"] + found["diffused"]
-        internal["lag"] = found["lag"]
+        internal["fluid viscous"] = found["viscous"]
+        numerical["diffused"] = found["diffused"]
+        numerical["lag"] = found["lag"]
         return found["external"]
 
     def _shell(self, internal: dict[str, float], numerical: dict[str, float], still: bool) -> float:

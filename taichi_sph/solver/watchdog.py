@@ -14,6 +14,7 @@ class Watchdog:
 
     def __init__(self, sim):
         self.sim = sim
+        self.nothing = 1e-12  # J
         if sim.shell is None:
             return
         self.blocks = max(1, -(-sim.nodes.n // 4096))
@@ -29,11 +30,23 @@ class Watchdog:
         """Raise RunStopped when something cannot be true any more."""
         sim = self.sim
         if sim.rigids is not None:
-            self._look_at_rigids(entries)
+            self._look_at_rigids()
         if sim.fluid is not None:
             self._look_at_fluid()
-        if sim.shell is None:
-            return
+        if sim.shell is not None:
+            self._look_at_shell(entries)
+        # where hardly anything was given yet, a residual in percent says nothing
+        enough = abs(entries["kinetic"]) + abs(entries["elastic"]) >= self.nothing
+        residual = entries["closed_residual_percent"]
+        if enough and (not np.isfinite(residual) or residual > 50.0):
+            names = [b.name for b in (*sim.scene.shells, *sim.scene.rigids, *sim.scene.fluids)]
+            raise RunStopped(
+                f"'{', '.join(names)}': energy appears from nowhere ({residual:.3g} % of what was given) at t = {sim.time:.6g} s; "
+                "likely an unstable step: lower numerics.time_step_safety"
+            )
+
+    def _look_at_shell(self, entries: dict[str, float]) -> None:
+        sim = self.sim
         _fastest(self.worst, sim.nodes, sim.nodes.n, self.blocks)
         speed = runtime.get(self.worst, self.blocks)
         if not np.all(np.isfinite(speed)) or speed.max() > self.sound:
@@ -44,13 +57,6 @@ class Watchdog:
                 f"shell '{sim.shell.name}': node {i} at ({place}) mm moves at {v[i]:.3g} m/s at t = {sim.time:.6g} s,"
                 f" beyond the sound speed {self.sound:.4g} m/s; the time step is likely too long or the load too"
                 " violent for this spacing: lower numerics.time_step_safety or the load"
-            )
-        if abs(entries["kinetic"]) + abs(entries["elastic"]) < self.nothing:
-            return
-        if not np.isfinite(entries["closed_residual_percent"]) or entries["closed_residual_percent"] > 50.0:
-            raise RunStopped(
-                f"shell '{sim.shell.name}': energy appears from nowhere ({entries['closed_residual_percent']:.3g} % of"
-                f" what was given) at t = {sim.time:.6g} s; likely an unstable step: lower numerics.time_step_safety"
             )
 
     def _look_at_fluid(self) -> None:
@@ -68,7 +74,7 @@ class Watchdog:
             " this law of state, or sound was slowed too far: raise water.sound or alpha, or lower numerics.time_step_safety"
         )
 
-    def _look_at_rigids(self, entries: dict[str, float]) -> None:
+    def _look_at_rigids(self) -> None:
         sim = self.sim
         x = runtime.get(sim.rigids.x, sim.rigids.n)
         for r in np.flatnonzero(~np.isfinite(x).all(axis=1)):

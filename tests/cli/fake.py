@@ -54,7 +54,7 @@ class FakeSimulation:
     def status(self) -> dict[str, int]:
         return {"broken": self.step // 10, "fragments": 0}
 
-    def tracks(self) -> dict[str, dict[str, float]]:
+    def tracks(self, look: bool = True) -> dict[str, dict[str, float]]:
         return {}
 
     def contact_report(self) -> None:

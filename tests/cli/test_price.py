@@ -132,6 +132,7 @@ def test_errors_front_and_qualities():
     found = record(*several())
     errors = {p["name"]: p["error"] for p in found["points"]}
     assert errors["rough"] == pytest.approx(0.2) and errors["lucky"] is None and errors["gone"] is None
+    assert price.front([*found["points"], {**found["points"][0], "name": "delay x 3", "error": 0.0}]) == found["front"]
     assert found["front"] == ["rough", "quick", price.BASE, "fine"]
     assert found["qualities"] == {"draft": "quick", "standard": "quick", "paper": "fine"}
     assert price.qualities([p for p in found["points"] if p["error"] is None]) == {}

@@ -107,6 +107,7 @@ def test_a_free_body_keeps_spin_energy_and_momentum():
     sim = start(body, duration=2.0)
     from taichi_sph.model.rigid import spins
 
+    assert sim.dt < 2e-3  # the spin rules it
     sim.dt = 1e-3
     L = body.moments @ np.array([3.0, 4.0, 5.0])
     low, high = 1.0, 1.0
@@ -157,3 +158,26 @@ def test_bodies_that_start_in_each_other_are_refused():
 def test_bad_rigid_bodies_are_refused_in_words(changes, said):
     with pytest.raises(ValueError, match=said):
         ball("a", (0, 0, 0), (1.0, 0, 0), **changes)
+
+
+def test_contact_in_the_first_step_is_booked_from_the_energy_given():
+    """Touching at t = 0: what is injected is 1/2 M V^2, and the plastic loss is all booked."""
+    sim = start(ball("a", (-0.1, 0, 0), (4.0, 0, 0), mass=2.0), ball("b", (0.1, 0, 0)))
+    sim.advance(5)
+    entries = sim.energies()
+    assert entries["injected"] == pytest.approx(16.0, rel=1e-12)
+    assert entries["contact"] == pytest.approx(0.5 * (2.0 / 3.0) * 16.0, rel=1e-9)
+    assert abs(entries["closed_residual_percent"]) < 1e-9
+
+
+def test_settings_of_contact_where_nothing_meets_are_refused():
+    with pytest.raises(ValueError, match="no two bodies of this scene can meet"):
+        Scene(
+            name="plate",
+            title="t",
+            source="tests",
+            shells=[{"name": "p", "surface": {"kind": "plate", "length": 1, "width": 1}, "thickness": 0.01,
+                     "material": {"name": "s", "young": 2e11, "poisson": 0.3, "density": 7800}}],
+            duration=1e-3,
+            numerics=Numerics(spacing=0.1, contact=PinballContact()),
+        )  # fmt: skip
