@@ -24,7 +24,7 @@ from taichi_sph.scene import (
     material,
 )
 
-SPACING = {"draft": 10e-3, "standard": 6e-3, "paper": 4.18e-3}  # m; 41 670 nodes for paper, T has 43 006
+SPACING = {"draft": 10e-3, "standard": 6e-3, "paper": 4.18e-3}  # m; 41 666 nodes for paper, T has 43 006
 RADIUS, HEIGHT, THICKNESS = 0.15, 0.6, 1e-3  # m
 BULLET, MASS, PINBALLS = 9e-3, 0.031, 4  # m, kg
 LENGTH = 3.6e-3  # m, between the first and the last pinball: 31 g of steel
