@@ -40,6 +40,7 @@ from .scene.units import show
 FOLDER = Path("benchmarks") / "price"
 PICTURES = Path("renders")
 BASE, THESIS = "as it is", "thesis"
+PHYSICS = "delay"  # the beginning of what changes the material: shown, but no way to buy accuracy
 MOVED = 0.05  # spacings: how far the nodes of a perturbed run are moved
 LEAST = 2.0  # processor seconds
 ROUNDS = 3  # of perturbed runs: a new front may hold points that were not perturbed yet
@@ -206,10 +207,15 @@ def error_of(p: Mapping[str, Any], refs: Mapping[str, Mapping[str, Any]], counts
     return max(abs(v - r["value"]) / abs(r["value"] or 1.0) for v, r in zip(values, refs.values()))
 
 
+def usable(points: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Points that gave the answer, of the material that was asked for."""
+    return [p for p in points if p["error"] is not None and not p["name"].startswith(PHYSICS)]
+
+
 def front(points: Sequence[Mapping[str, Any]]) -> list[str]:
     """Names of the points that no other one beats in both cost and error, cheapest first."""
     names, best = [], math.inf
-    for p in sorted((p for p in points if p["error"] is not None), key=lambda p: (p["cost"], p["error"])):
+    for p in sorted(usable(points), key=lambda p: (p["cost"], p["error"])):
         if p["error"] < best:
             names.append(p["name"])
             best = p["error"]
@@ -256,20 +262,20 @@ def sentences(record: Mapping[str, Any]) -> list[str]:
     points = {p["name"]: p for p in record["points"]}
     base, of = points[BASE], " and ".join(record["references"])
     lines = [f"As it is ({record['quality']}): error {_error_words(base)} of {of} for {_cost(base)}."]
-    usable = [p for p in points.values() if p["error"] is not None]
+    chosen = usable(record["points"])
     for times, word in ((2, "Twice"), (5, "Five times"), (20, "Twenty times")):
-        faster = [p for p in usable if p["cost"] <= base["cost"] / times]
+        faster = [p for p in chosen if p["cost"] <= base["cost"] / times]
         if not faster:
             lines.append(f"{word} as fast: none of the knobs by itself.")
             break
         best = min(faster, key=lambda p: p["error"])
         lines.append(f"{word} as fast {_costs(best, base, of)}")
-    better = [p for p in usable if base["error"] is None or p["error"] < base["error"]]
+    better = [p for p in chosen if base["error"] is None or p["error"] < base["error"]]
     if better:
         best = min(better, key=lambda p: p["error"])
         lines.append(f"The least error, {_error_words(best)}, takes {best['cost'] / base['cost']:.3g} times the cost ({best['name']}).")
     if THESIS in points:
-        lines += _thesis(points[THESIS], usable)
+        lines += _thesis(points[THESIS], chosen)
     return lines
 
 
@@ -283,12 +289,12 @@ def _costs(p: Mapping[str, Any], base: Mapping[str, Any], of: str) -> str:
     return told + (f", which is within the spread of {percent(noise)}." if 0 < abs(more) < noise else ".")
 
 
-def _thesis(thesis: Mapping[str, Any], usable: Sequence[Mapping[str, Any]]) -> list[str]:
+def _thesis(thesis: Mapping[str, Any], chosen: Sequence[Mapping[str, Any]]) -> list[str]:
     if thesis["status"] != "done":
         return [f"The thesis's own settings (collocation, its spacing) find no answer: {thesis['sentence']}"]
     line = f"The thesis's own settings (collocation, its spacing): error {_error_words(thesis)} for {_cost(thesis)}."
     limit = math.inf if thesis["error"] is None else thesis["error"]
-    better = [p for p in usable if p["error"] <= limit and p["cost"] <= thesis["cost"] / 2]
+    better = [p for p in chosen if p["error"] <= limit and p["cost"] <= thesis["cost"] / 2]
     if not better:
         return [line, "No point is twice as fast as they are with no more error."]
     best = min(better, key=lambda p: p["error"])
