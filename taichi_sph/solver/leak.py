@@ -1,7 +1,8 @@
 """Which water has left a tank: seen at the samples of the histories, by the nearest node of the shell.
 
 A particle is outside once the nearest node of the tank has it on the side of its director, which points out of a closed shell,
-by more than half the thickness; it then counts as escaped for good. The tank is the largest piece that live cells hold together: a
+by more than half the thickness, and so has the nearest one of the tank as it was: neither a bulge of the wall nor a lip bent inwards
+deceives it. It then counts as escaped for good. The tank is the largest piece that live cells hold together: a
 plug that the striker pushes through the water tells nothing. Only particles that may have come to a wall since they were last
 looked at are asked again: far inside, nothing can have happened.
 """
@@ -39,7 +40,13 @@ class LeakGauge:
             tank = self._tank()
             distance, nearest = cKDTree(nodes[tank]).query(x[asked])
             beyond = np.einsum("ni,ni->n", x[asked] - nodes[tank][nearest], director[tank][nearest])
-            left = asked[beyond > 0.5 * sim.shell.thickness]
+            passed = np.flatnonzero(beyond > 0.5 * sim.shell.thickness)
+            if len(passed):
+                X, N = sim.mesh.points, runtime.get(sim.nodes.N, sim.nodes.n)
+                _, first = cKDTree(X).query(x[asked[passed]])
+                before = np.einsum("ni,ni->n", x[asked[passed]] - X[first], N[first])
+                passed = passed[before > 0.5 * sim.shell.thickness]
+            left = asked[passed]
             self.outside[left] = True
             self.room[asked], self.looked[asked] = distance, sim.time
         else:
