@@ -40,6 +40,7 @@ def load_scene_of(changes):
     return Scene.model_validate(GOOD).derive(quality="draft", **changes)
 
 
+@pytest.mark.long
 def test_knobs_come_from_the_scene():
     flat = knobs()
     assert flat[price.BASE] == {} and flat["spacing x 2"] == {"numerics.spacing": 4e-3}
@@ -57,6 +58,7 @@ def test_knobs_come_from_the_scene():
     assert "residual x 10" in static and not [n for n in static if n.startswith(("time_step", "raised", "delay"))]
 
 
+@pytest.mark.long
 def test_every_knob_of_a_struck_metal_plate():
     from pathlib import Path
 
@@ -70,6 +72,7 @@ def test_every_knob_of_a_struck_metal_plate():
 
 
 @pytest.mark.parametrize("order", [1.0, 1.7, 3.0])
+@pytest.mark.long
 def test_richardson_finds_the_limit_and_the_order(order):
     spacings = (1.0, 1.5, 2.0)
     values = [3.0 - 0.2 * d**order for d in spacings]
@@ -78,10 +81,12 @@ def test_richardson_finds_the_limit_and_the_order(order):
 
 
 @pytest.mark.parametrize("values", [(1.0, 1.1, 1.05), (1.0, 1.0, 1.1), (1.0, 1.1, 1.1), (1.0, 1.1, 1.1001)])
+@pytest.mark.long
 def test_richardson_says_where_there_is_none(values):
     assert price.richardson((1.0, 1.5, 2.0), values) is None
 
 
+@pytest.mark.long
 def test_what_is_judged():
     entries = {"count": entry(2, 2, 0), "width": entry(1.1, 1.0, 0.1), "skew": entry(0.0, 0, 0.05), "speed": entry(3.0)}
     assert price.judged(entries) == (["width"], ["count"])
@@ -99,6 +104,7 @@ def point(name, value, processor, met=True, spacing=1.0, status="done"):
     }  # fmt: skip
 
 
+@pytest.mark.long
 def test_references():
     series = [point("a", 1.0 + 0.1 * d**2, 1, spacing=d) for d in (1.0, 2.0, 4.0)]
     found = price.references(series[0], ["w"], series, {"w": entry(1.1)})["w"]
@@ -128,6 +134,7 @@ def several():
     ]  # fmt: skip
 
 
+@pytest.mark.long
 def test_errors_front_and_qualities():
     found = record(*several())
     errors = {p["name"]: p["error"] for p in found["points"]}
@@ -138,6 +145,7 @@ def test_errors_front_and_qualities():
     assert price.qualities([p for p in found["points"] if p["error"] is None]) == {}
 
 
+@pytest.mark.long
 def test_words():
     said = " ".join(price.sentences(record(*several())))
     assert "As it is (draft): error 2 % of w for 10 processor seconds, 10 M node-steps." in said
@@ -180,6 +188,7 @@ def runs(work, scene_file, monkeypatch):
     return asked
 
 
+@pytest.mark.long
 def test_the_command(call, work, runs):
     code, out, err = call("price", "plate.py", "--seeds", "2", "--most", "100", "--out", "p", "--record")
     assert (code, err) == (0, "")
@@ -206,17 +215,20 @@ def test_the_command(call, work, runs):
     assert "measured: not with these settings" in call("validate", "plate.py", "--set", "numerics.spacing=1.7mm")[1]
 
 
+@pytest.mark.long
 def test_what_costs_too_much_is_left_out_by_name(call, work, runs):
     code, out, _ = call("price", "plate.py", "--seeds", "0", "--most", "10", "--out", "p")
     assert code == 0 and "left out: quality paper, estimated at" in out
     assert "quality paper" not in [p["name"] for p in json.loads((work / "p/price.json").read_text())["points"]]
 
 
+@pytest.mark.long
 def test_a_scene_that_has_no_number(call, work, runs, scene_file):
     code, _, err = call("price", "small.json", "--out", "p")
     assert code == 2 and "has no quantities, so there is no error to measure" in err and not (work / "p").exists()
 
 
+@pytest.mark.long
 def test_a_scene_that_gives_no_answer(call, work, runs, monkeypatch):
     fails = lambda task: sweep._result(task, None, "it broke")  # noqa: E731
     monkeypatch.setitem(sweep.run_points.__kwdefaults__, "worker", fails)
@@ -224,6 +236,7 @@ def test_a_scene_that_gives_no_answer(call, work, runs, monkeypatch):
     assert code == 3 and "the scene as it is gives no answer: it broke" in err
 
 
+@pytest.mark.long
 def test_what_a_scene_takes(call, work, scene_file):
     """The real simulation: fields add up to its bytes, and a plate in its plane has no kernel of contact."""
     from taichi_sph import runtime

@@ -62,12 +62,14 @@ def read(path):
         return list(csv.DictReader(file))
 
 
+@pytest.mark.long
 def test_designs():
     design = {"a": ["1", "2"], "b": ["x", "y", "z"]}
     assert len(sweep.full(design)) == 6 and {"a": "2", "b": "z"} in sweep.full(design)
     assert sweep.one_at_a_time(design) == [{}, {"a": "1"}, {"a": "2"}, {"b": "x"}, {"b": "y"}, {"b": "z"}]
 
 
+@pytest.mark.long
 def test_settings_are_found_by_their_short_names(script):
     scene = sweep.load(script)
     for name, full in {
@@ -96,12 +98,14 @@ def test_settings_are_found_by_their_short_names(script):
         (["spacing=1mm", "numerics.spacing=2mm"], "--vary numerics.spacing is given twice"),
     ],
 )
+@pytest.mark.long
 def test_bad_input_is_refused_before_anything_is_written(call, work, script, done, pairs, said):
     before = files(work)
     code, out, err = call("sweep", "plate.py", *(word for pair in pairs for word in ("--vary", pair)), "--out", "s")
     assert code == 2 and said in err and err.count("\n") == 1 and files(work) == before and done == []
 
 
+@pytest.mark.long
 def test_one_table_with_failed_points_in_it_and_going_on(call, work, script, done):
     command = ["sweep", "plate.py", "--vary", "rows=10,13,none", "--vary", "precision=f64,f32", "--out", "s"]
     code, out, err = call(*command)
@@ -129,6 +133,7 @@ def test_one_table_with_failed_points_in_it_and_going_on(call, work, script, don
     assert len(done) == 6
 
 
+@pytest.mark.long
 def test_a_half_written_result_counts_as_not_done(call, work, script, done):
     call("sweep", "plate.py", "--vary", "rows=10,12", "--out", "s")
     first = sorted((work / "s/points").glob("*.json"))[0]
@@ -137,6 +142,7 @@ def test_a_half_written_result_counts_as_not_done(call, work, script, done):
     assert call("sweep", "plate.py", "--vary", "rows=10,12", "--out", "s")[0] == 0 and len(done) == 1
 
 
+@pytest.mark.long
 def test_out_must_be_a_sweep(call, work, script, done):
     (work / "mine").mkdir()
     (work / "mine/x").touch()
@@ -144,6 +150,7 @@ def test_out_must_be_a_sweep(call, work, script, done):
     assert code == 2 and "holds files that are not of a run" in err
 
 
+@pytest.mark.long
 def test_a_point_runs_in_a_process_of_its_own(work, script):
     """The real thing, once: a run, a run that takes too long, and one that is no scene."""
     base = {"duration": 1e-6}
@@ -157,6 +164,7 @@ def test_a_point_runs_in_a_process_of_its_own(work, script):
     assert "it was not done after 0.2 s" in results[1]["sentence"] and "ZeroDivisionError" in results[2]["sentence"]
 
 
+@pytest.mark.long
 def test_a_process_that_crashes_is_a_sentence(monkeypatch, script):
     monkeypatch.setattr(sweep, "CHILD", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)")
     assert sweep.compute(sweep.task(script, {}, {}))["sentence"] == "the process ended with signal 9"
@@ -166,6 +174,7 @@ def test_a_process_that_crashes_is_a_sentence(monkeypatch, script):
     assert sweep.compute(sweep.task(script, {}, {}))["sentence"] == 'IndexError: list index out of range; File "<string>", line 1, in <module>'
 
 
+@pytest.mark.long
 def test_a_process_ends_with_the_one_that_started_it(tmp_path):
     """Else the points of a killed worker would go on beside those that replace them."""
     import subprocess
@@ -198,6 +207,7 @@ def slow(point):
     return sweep._result(point, {"quantities": {}, "seconds": {"advance": 0.3}, "pid": os.getpid()}, "")
 
 
+@pytest.mark.long
 def test_a_cluster_that_loses_a_worker_loses_no_point(tmp_path):
     distributed = pytest.importorskip("distributed")
     tasks = [
@@ -234,6 +244,7 @@ def test_a_cluster_that_loses_a_worker_loses_no_point(tmp_path):
     assert [json.dumps(r) for r in again] == [json.dumps(r) for r in results]
 
 
+@pytest.mark.long
 def test_a_scheduler_that_is_not_there(monkeypatch, tmp_path):
     distributed = pytest.importorskip("distributed")
     whole = distributed.Client
@@ -243,6 +254,7 @@ def test_a_scheduler_that_is_not_there(monkeypatch, tmp_path):
         sweep.run_points([task], tmp_path, scheduler="tcp://127.0.0.1:1")
 
 
+@pytest.mark.long
 def test_without_dask_there_is_a_sentence(monkeypatch, tmp_path):
     import sys
 

@@ -54,6 +54,7 @@ def test_water_thrown_at_its_can_gives_it_its_momentum():
     assert sim.tracks()["leak"]["escaped_count"] == 0
 
 
+@pytest.mark.long
 def test_a_sound_can_at_rest_under_gravity_stays_so():
     sim = start(can(gravity=(0, 0, -9.81), held=True, duration=4e-2))
     sim.advance(8000)

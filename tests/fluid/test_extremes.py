@@ -42,6 +42,7 @@ def can(level=None, bullet: float | None = None, young=210e9, **more) -> Scene:
     )
 
 
+@pytest.mark.long
 def test_one_particle_falls_and_stays_above_the_floor():
     floor = [Wall(point=(0, 0, -0.02), normal=(0, 0, 1))]
     fine = Numerics(spacing=0.01, time_step_safety=0.1)  # what is left falls as the step
@@ -63,11 +64,13 @@ def test_one_particle_falls_and_stays_above_the_floor():
 @pytest.mark.parametrize(
     "level, said", [(0.0, "level 0 m lies outside the shell 'can'"), (0.081, "level 0.081 m lies outside"), (0.003, "no particle of 0.01 m fits")]
 )
+@pytest.mark.long
 def test_dry_and_overfilled_tanks_are_refused(level, said):
     with pytest.raises(SceneError, match=said):
         start(can(level))
 
 
+@pytest.mark.long
 def test_an_impact_faster_than_sound_runs_or_is_stopped_with_a_sentence():
     sim = start(can(bullet=1500.0))
     try:
@@ -83,6 +86,7 @@ def test_an_impact_faster_than_sound_runs_or_is_stopped_with_a_sentence():
         assert runtime.get(sim.rigids.v, 1)[0, 0] > -1500  # it met something
 
 
+@pytest.mark.long
 def test_the_watchdog_names_the_particle():
     sim = start(boxed((0.03, 0.03, 0.03)))
     sim.advance(2)

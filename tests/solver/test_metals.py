@@ -74,6 +74,7 @@ def cells(sim, name):
 
 @pytest.mark.parametrize("motion", ["in_plane", "free"])
 @pytest.mark.parametrize("speed, strain", [(25.0, 0.5), (-25.0, -0.5)])
+@pytest.mark.long
 def test_a_bar_drawn_and_pressed(motion, speed, strain):
     """To half its length more, and to half its length: true stress over logarithmic strain, thickness, energy.
 
@@ -102,6 +103,7 @@ def test_a_bar_drawn_and_pressed(motion, speed, strain):
         assert sim.dt < 0.55 * dt  # E e_0 / l^2: twice the frequency at half the length
 
 
+@pytest.mark.long
 def test_the_step_holds_under_compression():
     """Pressed to half its length, relieved, held and shaken by what its residuals still hold: as fast with the chosen step
     as with half of it, and beyond all bounds with the step of the start."""
@@ -126,6 +128,7 @@ def test_the_step_holds_under_compression():
 
 
 @pytest.mark.parametrize("layers", [None, 3])
+@pytest.mark.long
 def test_a_plate_blown_up_until_it_tears(layers):
     """Johnson-Cook, ductile damage, rupture: the ledger closes, D_r reaches D_c, what is torn is plastic."""
     law = JohnsonCook(A=57.27e6, B=79.64e6, n=0.316, C=0.37848, rate0=1e-3, layers=layers)
@@ -162,6 +165,7 @@ def test_restart_is_exact(precision, layers):
     assert again.energies() == energies
 
 
+@pytest.mark.long
 def test_probing_sees_the_elastic_operator_and_changes_nothing():
     sim = start(plate(HARD, n=8))
     fresh = sim.stable.frequency
@@ -175,6 +179,7 @@ def test_probing_sees_the_elastic_operator_and_changes_nothing():
     assert [name for name in same_state(sim.state(), before) if name.startswith("cells.")] == []
 
 
+@pytest.mark.long
 def test_turning_while_drawn_changes_nothing():
     """A bar drawn out while its ends turn about its middle: the same plastic strain as without, in any direction."""
     found = []
@@ -194,6 +199,7 @@ def test_turning_while_drawn_changes_nothing():
     assert found[1][1] == pytest.approx(found[0][1], rel=1e-9, abs=1.0)
 
 
+@pytest.mark.long
 def test_a_rupture_keeps_the_stress_of_its_neighbours():
     """The renewed links see other strains; no stress, plastic strain or energy comes of it."""
     sim = start(plate(HARD, n=10, damage=LemaitreChaboche(threshold=0, rupture=5, critical=0.9), critical_damage=0.9))
@@ -212,6 +218,7 @@ def test_a_rupture_keeps_the_stress_of_its_neighbours():
 
 
 @pytest.mark.parametrize("motion", ["in_plane", "free"])
+@pytest.mark.long
 def test_collocation_takes_the_same_stresses(motion):
     """The strong form draws the same bar, to 10 %: plastic strain and stress in its middle within 2 % of galerkin's.
 
@@ -229,6 +236,7 @@ def test_collocation_takes_the_same_stresses(motion):
     assert found[1] == pytest.approx(found[0], rel=0.02)
 
 
+@pytest.mark.long
 def test_the_residual_yields_with_its_cells():
     """A bulge to p = 0.2: yielding residuals hold a part of what elastic ones would; neither changes the deflection."""
     found = {}
@@ -246,6 +254,7 @@ def test_the_residual_yields_with_its_cells():
     assert found["yields"][1] == pytest.approx(found["elastic"][1], rel=5e-3)
 
 
+@pytest.mark.long
 def test_perfectly_plastic_strip_under_bending_stops_at_its_hinge():
     """The ends of a strip are turned: the moment of its cells stays at sigma_y e^2/4 of plane strain or below."""
     sim = start(plate(Perfect(yield_stress=300e6), n=10, pressure=3e6))

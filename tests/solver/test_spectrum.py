@@ -12,6 +12,7 @@ from . import ritz
 
 
 @pytest.mark.parametrize("cells, irregularity", [("quad", 0.0), ("quad", 0.25), ("triangle", 0.0), ("triangle", 0.25)])
+@pytest.mark.long
 def test_galerkin(cells, irregularity):
     s = compare(plate_scene(cells=cells, irregularity=irregularity), cells=12, count=20)
     assert s.rigid == 3 and s.soft == 0 and s.growth < 1e-6
@@ -22,6 +23,7 @@ def test_galerkin(cells, irregularity):
     assert np.abs(s.shapes).max() <= 1 + 1e-12 and s.shapes.shape == (20, 169, 2)
 
 
+@pytest.mark.long
 def test_without_stabilisation_it_is_softer():
     """What gamma holds: quadrangles whose checkerboard modes the cells do not see."""
     scene = plate_scene(cells="quad", irregularity=0.0)
@@ -30,6 +32,7 @@ def test_without_stabilisation_it_is_softer():
     assert loose.ours.min() < 0.5 * held.ours.min() or loose.rigid > 3
 
 
+@pytest.mark.long
 def test_collocation_is_measured_too():
     """Not held to the same: the thesis's form has hourglass modes, and some of its modes grow."""
     s = compare(plate_scene(cells="quad", irregularity=0.0, formulation="collocation"), cells=12, count=12)
@@ -38,6 +41,7 @@ def test_collocation_is_measured_too():
 
 
 @pytest.mark.parametrize("cells, irregularity", [("quad", 0.0), ("quad", 0.25), ("triangle", 0.0), ("triangle", 0.25)])
+@pytest.mark.long
 def test_a_curved_patch_has_six_rigid_modes_and_no_soft_one(cells, irregularity):
     """Its lowest twelve flexible modes within 10 % of MITC shell elements' on the same nodes."""
     s = compare_bent(plate_scene(cells=cells, irregularity=irregularity), cells=12, count=12)
@@ -46,12 +50,14 @@ def test_a_curved_patch_has_six_rigid_modes_and_no_soft_one(cells, irregularity)
     assert s.shapes.shape == (12, 169, 3)
 
 
+@pytest.mark.long
 def test_collocation_has_soft_modes_on_a_curved_patch():
     s = compare_bent(plate_scene(cells="quad", irregularity=0.0, formulation="collocation"), cells=8, count=6)
     assert s.soft >= 3 and s.growth > 1e-3
 
 
 @pytest.mark.parametrize("cells, irregularity", [("quad", 0.0), ("quad", 0.2), ("triangle", 0.0)])
+@pytest.mark.long
 def test_the_shell_elements_that_are_compared_with(cells, irregularity):
     """Free plate: six still modes, the first flexible ones within 4 % of Mindlin's on 12 x 12 cells."""
     import scipy.linalg
@@ -67,6 +73,7 @@ def test_the_shell_elements_that_are_compared_with(cells, irregularity):
     assert np.sqrt(values[6:]) == pytest.approx(ritz.free_frequencies(e), rel=0.04)
 
 
+@pytest.mark.long
 def test_picture(tmp_path):
     from taichi_sph.render.modes import draw
 
