@@ -95,6 +95,7 @@ def test_reference_of_the_pinched_cylinder():
 
 
 @pytest.mark.parametrize("thickness, nu", [(1e-3, 0.0), (0.1, 0.49), (1.0, 0.3), (10.0, 0.499)])
+@pytest.mark.long
 def test_predicted_step_is_at_the_limit(thickness, nu):
     """A9: never above, at most 10 % below."""
     n = 8
@@ -168,6 +169,7 @@ def test_a_held_spin_leaves_no_drilling():
 
 
 @pytest.mark.parametrize("surface", ["flat", "curved"])
+@pytest.mark.long
 def test_a_hundred_turns_at_speed(surface):
     """A2 in time: a free shell that turns 100 times: energy, momentum and its angular momentum stay."""
     n, e, speed = 4, 0.1, 600.0
@@ -207,6 +209,7 @@ EXTREMES = {
 
 @pytest.mark.parametrize("name", EXTREMES)
 @pytest.mark.parametrize("cells", ["quad", "triangle"])
+@pytest.mark.long
 def test_extremes_stay_bounded(name, cells):
     """Shaken at up to 1 m/s for 400 steps without any load: no energy appears."""
     options = dict(EXTREMES[name])

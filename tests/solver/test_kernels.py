@@ -5,12 +5,28 @@ from pathlib import Path
 
 from taichi.lang.kernel_impl import Kernel
 
-from taichi_sph.scene import Box, Cut, Cylinder, Numerics, Perfect, PrescribedVelocity, Scene, Shell, Static, SurfacePressure
+from taichi_sph.scene import (
+    Box,
+    Cut,
+    Cylinder,
+    Fluid,
+    Numerics,
+    Perfect,
+    Pinball,
+    PrescribedVelocity,
+    Rigid,
+    Scene,
+    Shell,
+    ShellFill,
+    Static,
+    SurfacePressure,
+    material,
+)
 
 from ..plates import SIDE, plate_scene, start, tearing
 
 PACKAGE = Path(__file__).parents[2] / "taichi_sph"
-PARTS = ("numerics", "model", "laws", "forces", "solver")
+PARTS = ("numerics", "model", "laws", "forces", "contact", "solver")
 ELSEWHERE = {"numerics.triad"}  # the benchmark's own
 
 
@@ -58,4 +74,17 @@ def test_every_kernel_is_exercised(monkeypatch):
     numerics = Numerics(spacing=0.2, irregularity=0.2)
     sim = start(Scene(name="can", title="", source="tests", shells=[shell], duration=1e-3, numerics=numerics))
     assert 0 < len(sim.cut_cells) < 10
+    # all bodies at once: a can that meets itself, full of water, and a striker
+    bullet = Rigid(name="bullet", mass=0.03, pinballs=[Pinball(centre=(0.0605, 0, 0.1), radius=0.009)], velocity=(-300.0, 0, 0))
+    can = Cylinder(radius=0.05, length=0.2, ends="discs")
+    shell = Shell(name="can", surface=can, thickness=1e-3, material=material("steel, tank"), motion="free", self_contact=True)
+    full = Scene(
+        name="full", title="", source="tests", shells=[shell], rigids=[bullet, bullet.model_copy(update={"name": "other", "pinballs":
+        (Pinball(centre=(0.09, 0, 0.1), radius=0.009),)})], fluids=[Fluid(name="water", fill=ShellFill(shell="can"))],
+        duration=1e-4, numerics=Numerics(spacing=0.0125),
+    )  # fmt: skip
+    sim = start(full)
+    sim.advance(20)
+    sim.restore(sim.state())
+    sim.energies(), sim.frame()
     assert kernels() - run == set()
