@@ -47,7 +47,6 @@ class Bodies:
             sides = np.asarray(mesh.edges.sides)
             border[np.unique(mesh.edges.nodes[(sides < 0).any(axis=1)])] = 1
             runtime.put(self.border, border)
-            self.extent = float(mesh.node_spacing.max())
 
     def shape_discs(self) -> None:
         """The discs as the shell lies now."""

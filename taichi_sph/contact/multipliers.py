@@ -166,8 +166,6 @@ class Contact:
         }
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
-        from .pairs import _incidence
-
         n, self.travelled, self.penetration, iterations, solves, unsolved, self.largest_error = (
             float(x) for x in state["contact.numbers"]
         )
@@ -180,7 +178,7 @@ class Contact:
         if self.bodies.has_shell:
             for k in ("disc", "sound"):
                 runtime.put(getattr(self.bodies, k), np.asarray(state[f"contact.{k}"]))
-        self.pairs.n_who = _incidence(self.pairs, self.pairs.n, self.bodies.n)
+        self.pairs.list_participants()
 
 
 @ti.kernel

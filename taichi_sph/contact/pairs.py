@@ -7,9 +7,8 @@ q the point of the flat disc nearest to the ball's centre c,
     n = (c - q) / |c - q|,     gap = |c - q| - R_2 - e/2
 
 Over the disc this is T 3.19; beside it the ball touches when d_t < R_1 + sqrt((R_2 + e/2)^2 - d_n^2), where T 3.20 has
-sqrt(R_2^2 - (d_n - e/2)^2), and
-the normal leans as the rim does. T pushes along the director even there, and so a striker that has passed the plane of
-the shell would drag the rim of its hole along. The rim being round, a ball touches it up to e/2 before T 3.20 says.
+sqrt(R_2^2 - (d_n - e/2)^2): a round rim is touched up to e/2 earlier. There the normal leans as the rim does. T pushes along the
+director even there, and so a striker that has passed the plane of the shell would drag the rim of its hole along.
 
 Candidates are counted and written by their owners in order: the list is the same for any number of threads.
 """
@@ -52,7 +51,6 @@ class Pairs:
         self.weight = new("pairs.weight", n, dtype="f64")  # 1/kg, diagonal with split masses
         self.p = new("pairs.p", n, dtype="f64")  # N s, impulse: the multiplier times the kick
         self.y = new("pairs.y", n, dtype="f64")  # N s, extrapolated
-        self.wrong = new("pairs.wrong", n, dtype="f64")  # m/s, what the multiplier still misses
         # incidence: who[m] takes part in entries first[m] .. first[m + 1]; entry = 2 pair + (0 as a, 1 as b)
         self.n_who = 0
         self.place = new("pairs.place", bodies.n + 1, dtype="i32")
@@ -61,11 +59,9 @@ class Pairs:
         self.entry = new("pairs.entry", 2 * n, dtype="i32")
         owners = max(bodies.ns, bodies.nf, balls)
         self.start = new("pairs.start", owners + 1, dtype="i32")
-        self.counts = new("pairs.counts", 4, dtype="i32")
         if bodies.has_shell and (bodies.has_fluid or self_contact):
             self.node_x = new("pairs.node_x", bodies.ns, 3, "f64")
-            reach = 1.0
-            self.grid = CellGrid("pairs.grid", self.node_x, bodies.ns, reach)
+            self.grid = CellGrid("pairs.grid", self.node_x, bodies.ns, 1.0)  # its reach is that of each search
 
     def search(self, skin: float) -> None:
         """All pairs within `skin` [m] of contact, as the bodies lie now."""
@@ -80,23 +76,24 @@ class Pairs:
             self.grid.rebuild()
         if b.has_rigids:
             if b.has_shell:
-                self._collect(RIGID_SHELL, b.ns, skin)
+                self._collect(_rigid_shell, b.ns, skin)
             if b.has_fluid:
-                self._collect(FLUID_RIGID, b.nf, skin)
+                self._collect(_fluid_rigid, b.nf, skin)
             if b.nr > 1:
-                self._collect(RIGID_RIGID, b.rigids.n_balls, skin)
+                self._collect(_rigid_rigid, b.rigids.n_balls, skin)
         if b.has_shell and b.has_fluid:
-            self._collect(FLUID_SHELL, b.nf, skin)
+            self._collect(_near_discs, b.nf, skin, FLUID_SHELL, 1.0 / self.grid.reach, self.grid.table)
         if self.self_contact:
-            self._collect(SELF, b.ns, skin)
-        self.n_who = _incidence(self, self.n, b.n)
+            self._collect(_near_discs, b.ns, skin, SELF, 1.0 / self.grid.reach, self.grid.table)
+        self.list_participants()
 
-    def _collect(self, kind: int, owners: int, skin: float) -> None:
-        inverse = 1.0 / self.grid.reach if hasattr(self, "grid") else 1.0
-        table = self.grid.table if hasattr(self, "grid") else 1
-        passes = {RIGID_SHELL: _rigid_shell, RIGID_RIGID: _rigid_rigid, FLUID_SHELL: _fluid_shell, FLUID_RIGID: _fluid_rigid, SELF: _self}
-        look = passes[kind]
-        look(self, owners, skin, 0, self.n, inverse, table)
+    def list_participants(self) -> None:
+        """The pairs of each participant, from the list of pairs."""
+        self.n_who = _incidence(self, self.n, self.bodies.n)
+
+    def _collect(self, look, owners: int, skin: float, *more) -> None:
+        """Count what each owner finds, then have it written behind what is there."""
+        look(self, owners, skin, 0, self.n, *more)
         found = _running(self, owners)
         if self.n + found > self.capacity:
             raise RunStopped(
@@ -104,7 +101,7 @@ class Pairs:
                 "are likely crushed into each other: look at the last frame, lower the speed or the spacing"
             )
         if found:
-            look(self, owners, skin, 1, self.n, inverse, table)
+            look(self, owners, skin, 1, self.n, *more)
         self.n += found
 
 
@@ -158,7 +155,7 @@ def _node_places(pairs: ti.template(), n: ti.i32):
 
 
 @ti.kernel
-def _rigid_shell(pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, base: ti.i32, inverse: ti.f64, table: ti.i32):
+def _rigid_shell(pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, base: ti.i32):
     for i in range(n):
         found = 0
         x = place_of_node(pairs.bodies, i)
@@ -177,7 +174,7 @@ def _rigid_shell(pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, b
 
 
 @ti.kernel
-def _rigid_rigid(pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, base: ti.i32, inverse: ti.f64, table: ti.i32):
+def _rigid_rigid(pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, base: ti.i32):
     for p in range(n):
         found = 0
         one = pairs.bodies.rigids.ball_body[p]
@@ -195,7 +192,7 @@ def _rigid_rigid(pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, b
 
 
 @ti.kernel
-def _fluid_rigid(pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, base: ti.i32, inverse: ti.f64, table: ti.i32):
+def _fluid_rigid(pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, base: ti.i32):
     for j in range(n):
         found = 0
         c = ti.cast(pairs.bodies.fluid.x[j], ti.f64)
@@ -213,43 +210,35 @@ def _fluid_rigid(pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, b
 
 
 @ti.kernel
-def _fluid_shell(pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, base: ti.i32, inverse: ti.f64, table: ti.i32):
+def _near_discs(
+    pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, base: ti.i32, kind: ti.i32, inverse: ti.f64, table: ti.i32
+):
+    """Discs near the fluid particles (FLUID_SHELL) or near the shell's own nodes (SELF), by the grid of the nodes."""
     for j in range(n):
         found = 0
-        c = ti.cast(pairs.bodies.fluid.x[j], ti.f64)
+        c = ti.Vector([0.0, 0.0, 0.0], ti.f64)
+        a = j
+        if kind == SELF:
+            c = pairs.node_x[j]
+        if ti.static(pairs.bodies.has_fluid):
+            if kind == FLUID_SHELL:
+                c = ti.cast(pairs.bodies.fluid.x[j], ti.f64)
+                a = j + pairs.bodies.ns
         home = cube(c, inverse)
         for dx, dy, dz in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
             there = home + ti.Vector([dx, dy, dz])
             b = bucket(there, table)
             for m in range(pairs.grid.start[b], pairs.grid.start[b + 1]):
                 i = pairs.grid.sorted[m]
-                if all(cube(pairs.node_x[i], inverse) == there):
-                    gap, normal, q = disc_gap(pairs.bodies, i, c, radius_against(pairs.bodies, i))
-                    if gap < skin:
-                        if write == 1:
-                            _note(pairs, base + pairs.start[j] + found, FLUID_SHELL, j, i, j + pairs.bodies.ns, i)
-                        found += 1
-        if write == 0:
-            pairs.start[j + 1] = found
-
-
-@ti.kernel
-def _self(pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, base: ti.i32, inverse: ti.f64, table: ti.i32):
-    for j in range(n):
-        found = 0
-        c = pairs.node_x[j]
-        radius = pairs.bodies.half[0]  # a ball that does not stand out of the shell
-        home = cube(c, inverse)
-        for dx, dy, dz in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
-            there = home + ti.Vector([dx, dy, dz])
-            b = bucket(there, table)
-            for m in range(pairs.grid.start[b], pairs.grid.start[b + 1]):
-                i = pairs.grid.sorted[m]
-                if all(cube(pairs.node_x[i], inverse) == there) and may_touch(pairs.bodies, j, i):
+                if all(cube(pairs.node_x[i], inverse) == there) and (kind == FLUID_SHELL or may_touch(pairs.bodies, j, i)):
+                    radius = pairs.bodies.half[0]  # of a node: a ball that does not stand out of the shell
+                    if ti.static(pairs.bodies.has_fluid):
+                        if kind == FLUID_SHELL:
+                            radius = radius_against(pairs.bodies, i)
                     gap, normal, q = disc_gap(pairs.bodies, i, c, radius)
                     if gap < skin:
                         if write == 1:
-                            _note(pairs, base + pairs.start[j] + found, SELF, j, i, j, i)
+                            _note(pairs, base + pairs.start[j] + found, kind, j, i, a, i)
                         found += 1
         if write == 0:
             pairs.start[j + 1] = found
