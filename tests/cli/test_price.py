@@ -123,7 +123,7 @@ def record(*points):
     points = list(points)
     return {
         "scene": "small", "title": "A plate", "quality": "draft", "references": refs, "counts": ["count"], "points": points, "front": price.front(points),
-        "qualities": price.qualities(points), "command": "taichi-sph price small", "left_out": {},
+        "qualities": price.qualities(points), "command": "taichi-sph price small", "left_out": {}, "thesis": price.THESIS,
     }  # fmt: skip
 
 
@@ -160,6 +160,8 @@ def test_words():
     thesis = several()
     thesis[-1] = point(price.THESIS, 1.001, 1.5)
     assert "No point is twice as fast as they are with no more error." in price.sentences(record(*thesis))
+    metal = record(*several()[:-1], point(price.PAPER, 1.05, 30)) | {"thesis": price.PAPER}  # the strong form has no metal
+    assert "The thesis's own settings (its spacing, in galerkin): error 5 % for 30" in " ".join(price.sentences(metal))
     text = price.table(record(*several()))
     assert "| gone | failed: it broke |" in text and "another answer: count 2" in text and "| **fine** | 0.4 % | 1.004 | 40.00 |" in text
 
