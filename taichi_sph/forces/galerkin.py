@@ -41,6 +41,7 @@ from .galerkin_reference import references, references_touched, shares, sides, t
 from .stress import resultants
 
 GAUSS = 0.5 / np.sqrt(3.0)
+LOOK, STEP, JUMP = 0, 1, 2  # why residuals are evaluated: to see the forces, to go on in time, after a rupture
 
 
 @ti.data_oriented
@@ -143,8 +144,8 @@ class Galerkin:
             turns(self, self.n_edges, self.nodes.n)
 
     def strain(self, dt: float, intact: int = 0) -> None:
-        """Edge means, residual forces, stresses and side forces; advances damage over dt."""
-        _row_values(self, self.n_edges, self.rows.n, intact)
+        """Edge means, residual forces, stresses and side forces; advances history over dt, and leaves it as it is if dt = 0."""
+        _row_values(self, self.n_edges, self.rows.n, intact, STEP if dt > 0.0 else LOOK)
         _cell_forces(self, self.cells.n, dt, intact)
 
     def force(self) -> None:
@@ -220,9 +221,9 @@ def _row_sums(term: ti.template(), r):
 
 
 @ti.func
-def _slip(term: ti.template(), i, norm, norm_d, charge):
+def _slip(term: ti.template(), i, norm, norm_d, why):
     """(force over elastic force, the same of the director, energy [J]) of the residual of node i, whose elastic energy
-    would be 1/2 (norm^2 + norm_d^2); charge = 0 after a rupture, when it jumps: then the force is kept."""
+    would be 1/2 (norm^2 + norm_d^2). After a rupture it jumps, and the force is kept."""
     limit, alive = norm * 0.0, 0
     for m in range(term.cells.start_of_node[i], term.cells.start_of_node[i + 1]):
         s = term.cells.of_node[m]
@@ -238,21 +239,22 @@ def _slip(term: ti.template(), i, norm, norm_d, charge):
     taken = norm * 0.0
     for c in ti.static(range(2)):
         q = ti.min(ti.max(norms[c] - before[2 + c], 0.0), limit)
-        if charge == 0:
+        if why == JUMP:
             q = ti.min(before[c], norms[c])
         after[c], after[2 + c] = q, norms[c] - q
         energy += 0.5 * q * q
         taken += 0.5 * (before[c] + q) * (after[2 + c] - before[2 + c])
         if norms[c] > 0.0:
             factor[c] = q / norms[c]
-    if charge == 1:
+    if why == STEP:
         term.slipped[i] += term.integrity[i] * taken
-    term.slip[i] = after
+    if why != LOOK:
+        term.slip[i] = after
     return factor[0], factor[1], energy
 
 
 @ti.func
-def _residual(term: ti.template(), i, r, intact, charge):
+def _residual(term: ti.template(), i, r, intact, why):
     """Residual forces of node i, whose stiffness follows the damage of the cells around it."""
     rest, rest_d = _row_sums(term, r)
     k = term.stiffness[i]
@@ -278,7 +280,7 @@ def _residual(term: ti.template(), i, r, intact, charge):
     energy = 0.5 * (twice + twice_d)
     if ti.static(term.material.yields):
         if intact == 0:
-            f, f_d, left = _slip(term, i, ti.sqrt(twice), ti.sqrt(twice_d), charge)
+            f, f_d, left = _slip(term, i, ti.sqrt(twice), ti.sqrt(twice_d), why)
             energy = left
             pull *= f
             own *= f
@@ -295,13 +297,17 @@ def _residual(term: ti.template(), i, r, intact, charge):
                 if term.cells.broken[s] == 0:
                     after += 1.0 - term.cells.delayed[s]
             after /= ti.max(end - first, 1)
-            if after < before:
+            if after < before and why != LOOK:
                 term.integrity[i] = after
-                if charge == 1:
+                if why == STEP:
                     term.residual_lost[i] += (before - after) * energy
             kept = after
     if intact == 0:
-        term.residual[i] = kept * energy
+        if ti.static(term.material.remembers):
+            if why != LOOK:
+                term.residual[i] = kept * energy
+        else:
+            term.residual[i] = kept * energy
     term.row_force[r] = -kept * pull
     if ti.static(term.bends):
         term.row_couple[r] = -kept * pull_d
@@ -309,20 +315,20 @@ def _residual(term: ti.template(), i, r, intact, charge):
 
 
 @ti.func
-def _row(term: ti.template(), r, n_edges, intact, charge):
+def _row(term: ti.template(), r, n_edges, intact, why):
     if r < n_edges:
         u, d = _row_sums(term, r)
         term.edge_u[r] = u
         if ti.static(term.bends):
             term.edge_d[r] = d
     else:
-        _residual(term, r - n_edges, r, intact, charge)
+        _residual(term, r - n_edges, r, intact, why)
 
 
 @ti.kernel
-def _row_values(term: ti.template(), n_edges: ti.i32, n_rows: ti.i32, intact: ti.i32):
+def _row_values(term: ti.template(), n_edges: ti.i32, n_rows: ti.i32, intact: ti.i32, why: ti.i32):
     for r in range(n_rows):
-        _row(term, r, n_edges, intact, 1)
+        _row(term, r, n_edges, intact, why)
 
 
 @ti.func
@@ -398,7 +404,7 @@ def _node_forces(term: ti.template(), n: ti.i32):
 @ti.kernel
 def _row_values_touched(term: ti.template(), n_edges: ti.i32, n_touched: ti.i32):
     for m in range(n_touched):
-        _row(term, term.rows.touched[m], n_edges, 0, 0)
+        _row(term, term.rows.touched[m], n_edges, 0, JUMP)
 
 
 @ti.kernel

@@ -257,7 +257,7 @@ def _layered(cells: ti.template(), material: ti.template(), s, d: ti.template(),
     for l in range(L):
         q = s * L + l
         zeta, w = material.zeta[l], material.weight[l]
-        state = cells.layer[q]  # p, lambda, flow, rate, D, D_r
+        state = cells.layer[q]  # p, lambda, flow, rate, D, D_r, limit
         before = cells.layer_stress[q]
         step = ti.Vector([d[k] + ROOT_3 * zeta * d[3 + k] for k in ti.static(range(3))])
         trial = _trial(material, sheared, before, step)
@@ -282,7 +282,7 @@ def _layered(cells: ti.template(), material: ti.template(), s, d: ti.template(),
                 state[0] += dp
                 state[1] += (1.0 - D_0) * dp
                 state[2] = now / factor
-                limit += w * (now - state[2])
+                state[6] = now
         D_1 = D_0
         if ti.static(material.damages):
             if dt > 0.0 and not _spared(cells, s):
@@ -302,6 +302,7 @@ def _layered(cells: ti.template(), material: ti.template(), s, d: ti.template(),
             result[3 + k] += ROOT_3 * zeta * w * (1.0 - D_1) * stress[k]
         p_mean += w * state[0]
         flow_mean += w * state[2]
+        limit += w * state[6]
         D_mean += w * state[4]
         mean_0 += w * D_0
         mean_1 += w * D_1
@@ -315,7 +316,7 @@ def _layered(cells: ti.template(), material: ti.template(), s, d: ti.template(),
         cells.plastic[s] = p_mean
         cells.flow[s] = flow_mean
         if ti.static(material.rated):
-            cells.limit[s] = ti.max(cells.limit[s], flow_mean + limit)
+            cells.limit[s] = limit
         cells.dissipated[s] += volume * dissipated
         if ti.static(material.damages):
             cells.damage[s] = D_mean

@@ -116,17 +116,18 @@ class Cells:
         self.dissipated = runtime.new("cells.dissipated", n, dtype="f64")  # J, taken by plastic flow so far
         runtime.put(self.flow, np.full(n, material.first))
         names = ["stress", "plastic", "flow", "dissipated"]
-        self.limit = self.flow  # Pa, yield stress at the rate of the last yielding
+        self.limit = self.flow  # Pa, yield stress at the rate of the last yielding; mean over the layers
         if material.rated:
             self.limit = runtime.new("cells.limit", n)
             runtime.put(self.limit, np.full(n, material.first))
             names.append("limit")
         if material.layers:
             self.layer_stress = runtime.new("cells.layer_stress", n * material.layers, 3)  # Pa, effective
-            self.layer = runtime.new("cells.layer", n * material.layers, 6)  # p, lambda, flow, rate, D, D_r
+            # p, lambda, flow, rate, D, D_r, limit: as of a section
+            self.layer = runtime.new("cells.layer", n * material.layers, 7)
             self.shear_stress = runtime.new("cells.shear_stress", n, 2)  # Pa, effective
-            start = np.zeros((n * material.layers, 6))
-            start[:, 2] = material.first
+            start = np.zeros((n * material.layers, 7))
+            start[:, [2, 6]] = material.first
             runtime.put(self.layer, start)
             names += ["layer_stress", "layer", "shear_stress"]
         else:
@@ -156,8 +157,8 @@ class Cells:
 class MaterialPool:
     """Constants of the material, as fields so that changing a number recompiles nothing.
 
-    Which laws there are (`yields`, `damages`, `delays`, `breaks`) is a constant of the run: what a scene does not ask
-    for is not compiled.
+    Which laws there are (`yields`, `damages`, `delays`, `breaks`; `remembers`: any history) is a constant of the run: what
+    a scene does not ask for is not compiled.
     """
 
     def __init__(self, material, thickness: float, bends: bool):
@@ -165,6 +166,7 @@ class MaterialPool:
         self.yields = material.strength is not None
         self.damages = material.damage is not None
         self.delays = material.delay is not None
+        self.remembers = self.yields or self.damages
         self.breaks = material.critical_damage is not None
         values = {"young": material.young, "poisson": material.poisson, "thickness": thickness}
         if self.damages and not self.yields:

@@ -27,6 +27,7 @@ from taichi_sph.solver.stable_dt import largest_frequency
 from taichi_sph.solver.step import step
 
 from ..plates import same_state, start
+from ..points import Points, plane
 
 YOUNG, NU = 210e9, 0.3
 A, B, N = 200e6, 300e6, 0.3
@@ -175,8 +176,49 @@ def test_probing_sees_the_elastic_operator_and_changes_nothing():
     frequency, _ = largest_frequency(sim)
     assert frequency == pytest.approx(fresh, rel=1e-6)
     assert same_state(sim.state(), before) == []
-    sim.internal.strain(0.0)  # a look
-    assert [name for name in same_state(sim.state(), before) if name.startswith("cells.")] == []
+
+
+@pytest.mark.parametrize("layers", [None, 3])
+def test_a_look_changes_nothing(layers):
+    """Forces at other displacements, without time: all that is history, slip and energy of the residuals too, stays."""
+    law = JohnsonCook(A=57.27e6, B=79.64e6, n=0.316, C=0.37848, rate0=1e-3, layers=layers)
+    damage = LemaitreChaboche(threshold=0, rupture=0.3, critical=0.9)
+    sim = start(plate(law, n=8, pressure=100e6, damage=damage, delay={"a": 1, "tau_c": 1e-8}, critical_damage=0.9))
+    sim.advance(40)
+    before, energies = sim.state(), sim.energies()
+    assert before["cells.delayed"].max() > 0.01 and before["galerkin.integrity"].min() < 0.99
+    assert before["galerkin.slip"].max() > 0 and before["galerkin.slipped"].max() > 0
+    u = runtime.get(sim.nodes.u, sim.nodes.n)
+    for scale in (1.0, 2.0):
+        runtime.put(sim.nodes.u, scale * u)
+        sim.internal.strain(0.0)
+        sim.internal.force()
+    pulled = runtime.get(sim.nodes.force, sim.nodes.n)
+    runtime.put(sim.nodes.u, u)
+    assert same_state(sim.state(), before) == []
+    assert sim.energies() == energies
+    sim.internal.strain(0.0)
+    sim.internal.force()
+    assert np.abs(runtime.get(sim.nodes.force, sim.nodes.n) - pulled).max() > 0
+
+
+def test_the_slip_limit_is_one_of_layers_and_of_the_section():
+    """The yield stress at the rate of the last yielding: the same of a plate drawn in its plane, whatever the form. A strip
+    that is drawn fast and then slowly takes the limit of the slow rate."""
+    law = JohnsonCook(A=57.27e6, B=79.64e6, n=0.316, C=0.37848, rate0=1e-3)
+    found = []
+    for layers in (None, 3):
+        points = Points(1, steel(law.model_copy(update={"layers": layers})))
+        e, limits = 0.0, []
+        for dt in (1e-6, 1e-3):
+            for _ in range(50):
+                e += 1e-3
+                points.go(plane(e, -0.5 * e)[None], dt)
+            limits.append(points.get("limit")[0])
+        found.append(limits)
+    print("limits, fast and slow:", found)
+    assert found[1] == pytest.approx(found[0], rel=1e-9)
+    assert found[0][1] < 0.8 * found[0][0]
 
 
 @pytest.mark.long

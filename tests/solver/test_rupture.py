@@ -9,7 +9,7 @@ import pytest
 from taichi_sph import runtime
 from taichi_sph.scene.script import load_scene
 
-from ..plates import CELLS, SIDE, crack, displacement, mass, plane, plate_scene, put, start, tearing, velocity
+from ..plates import CELLS, SIDE, crack, displacement, mass, plane, plate_scene, put, same_state, start, tearing, velocity
 
 D = SIDE / CELLS
 B1 = Path(__file__).parents[2] / "scenes" / "crack_branching.py"
@@ -245,3 +245,16 @@ def test_tearing_stays_below_the_stable_step():
     assert sim.status()["broken"] > 40 and sim.status()["fragments"] > 10
     assert above == 0
     assert abs(sim.energies()["closed_residual_percent"]) < 0.2
+
+
+def test_a_look_changes_nothing():
+    """Forces of a tearing plate at other displacements, without time: its state stays, to the bit."""
+    sim = start(tearing())
+    while sim.status()["broken"] < 10:
+        sim.advance(5)
+    before = sim.state()
+    u = displacement(sim)
+    put(sim, "u", 1.5 * u)
+    sim.internal.strain(0.0)
+    put(sim, "u", u)
+    assert same_state(sim.state(), before) == []
