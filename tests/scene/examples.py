@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import copy
+from enum import Enum
 from typing import Any
 
-DELETE = object()
+DELETE = Enum("Sign", "DELETE").DELETE
 
 GOOD: dict[str, Any] = {
     "name": "small",
