@@ -9,7 +9,7 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "taichi_sph"
 LAYERS = ["scene", "model", "forces", "contact", "solver", "output", "render"]
-TOP = {"run", "study", "cli", "bench", "spectrum", "elements", "doctor", "progress", "speed", "sweep", "price", "__main__"}
+TOP = {"run", "study", "cli", "bench", "spectrum", "elements", "lattice", "stability", "doctor", "progress", "speed", "sweep", "price", "__main__"}
 LEAVES = {"errors", "runtime", "numerics", "laws"}
 # what a leaf itself may use
 LEAF_USES = {"errors": set(), "runtime": {"errors"}, "numerics": {"errors", "runtime"}, "laws": {"errors", "runtime", "numerics"}}
