@@ -10,8 +10,9 @@ from ..scene.rigid import Rigid
 
 @ti.data_oriented
 class RigidBodies:
-    """State: x, v, q, L (v and L at the half step before); force and torque are overwritten each step. Turning is kept as
-    angular momentum in space, which contact alone changes, so that a tumbling body neither gains nor loses any."""
+    """State: x, v, q, L (v and L at the half step before); force and torque are overwritten each step, and f_max keeps the
+    largest force until it is taken (`hardest`). Turning is kept as angular momentum in space, which contact alone changes,
+    so that a tumbling body neither gains nor loses any."""
 
     def __init__(self, bodies: tuple[Rigid, ...]):
         self.names = [body.name for body in bodies]
@@ -23,6 +24,7 @@ class RigidBodies:
         self.q = new("rigid.q", n, 4, "f64")  # quaternion (w, x, y, z) from t = 0 to now
         self.L = new("rigid.L", n, 3, "f64")  # kg m2/s, angular momentum about the centre of mass
         self.force = new("rigid.force", n, 3, "f64")  # N, contact
+        self.f_max = new("rigid.f_max", n, dtype="f64")  # N, largest |force| of the steps since it was last taken
         self.torque = new("rigid.torque", n, 3, "f64")  # N m, about the centre of mass
         self.weight = new("rigid.weight", n, 3, "f64")  # N, gravity
         self.work = new("rigid.work", n, dtype="f64")  # J, done by gravity up to time n
@@ -68,8 +70,14 @@ class RigidBodies:
 
     def history(self) -> dict[str, object]:
         """Fields that are history, with their lengths."""
-        names = ("x", "v", "q", "L", "force", "torque", "work", "ahead", "kinetic")
+        names = ("x", "v", "q", "L", "force", "f_max", "torque", "work", "ahead", "kinetic")
         return {f"rigid.{name}": (getattr(self, name), self.n) for name in names}
+
+    def hardest(self) -> np.ndarray:
+        """(n,) largest contact force [N] of all steps since the last call."""
+        found = runtime.get(self.f_max, self.n)
+        self.f_max.fill(0.0)
+        return found
 
 
 def spins(rigids: RigidBodies) -> np.ndarray:
@@ -160,6 +168,7 @@ def move(rigids: ti.template(), n: ti.i32, dt_before: ti.f64, dt: ti.f64):
             before, L_before = 2.0 * before - v, 2.0 * L_before - L
         q = rigids.q[r]
         rigids.kinetic[r] = 0.5 * rigids.mass[r] * before.dot(v) + 0.5 * L_before.dot(spun(rigids, r, q, L))
+        rigids.f_max[r] = ti.max(rigids.f_max[r], rigids.force[r].norm())
         rigids.v[r], rigids.L[r] = v, L
         rigids.x[r] += dt * v
         half_way = rolled(q, 0.5 * dt * spun(rigids, r, q, L))

@@ -172,7 +172,7 @@ def _strikers(run: RunFolder) -> list[str]:
         found.append(
             f"{the} {'bounces back' if turned else 'ends'} at {quantity_text(float(v[-1]), 'm/s')} after "
             f"{quantity_text(float(v[0]), 'm/s')} ({100 * lost:.3g} % of its energy {'lost' if lost >= 0 else 'more'}); "
-            f"the largest force is {quantity_text(float(perforation.forces(history).max()), 'N')}."
+            f"the largest force is {quantity_text(float(history['f_max'].max()), 'N')}."
         )
     return found
 

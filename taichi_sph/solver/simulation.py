@@ -280,8 +280,8 @@ class Simulation:
         }
 
     def tracks(self, look: bool = True) -> dict[str, dict[str, float]]:
-        """By the name of its history: place [m], velocity [m/s] and contact force [N] of each rigid body; the leak (solver.leak),
-        looked at now or as it was at the last look."""
+        """By the name of its history: place [m], velocity [m/s] and contact force [N] of each rigid body, now and the largest
+        since the last look; the leak (solver.leak), looked at now or as it was at the last look."""
         if look and self.leak is not None:
             self.leak.look()
         found = {} if self.leak is None else {"leak": self.leak.row}
@@ -289,8 +289,10 @@ class Simulation:
             return found
         fields = {"": self.rigids.x, "v": self.rigids.v, "f": self.rigids.force}
         values = {k: runtime.get(field, self.rigids.n) for k, field in fields.items()}
+        hardest = self.rigids.hardest() if look else np.zeros(self.rigids.n)
         for r, name in enumerate(self.rigids.names):
-            found[f"rigid_{name}"] = {f"{k}{axis}": float(values[k][r][c]) for k in fields for c, axis in enumerate("xyz")}
+            row = {f"{k}{axis}": float(values[k][r][c]) for k in fields for c, axis in enumerate("xyz")}
+            found[f"rigid_{name}"] = row | {"f_max": float(hardest[r])}
         return found
 
     def contact_report(self) -> dict[str, float] | None:

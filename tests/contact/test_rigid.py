@@ -66,6 +66,19 @@ def test_an_oblique_impact_leaves_the_tangential_speed_alone():
     assert (v**2).sum() == pytest.approx(u @ u, rel=1e-9)
 
 
+def test_the_largest_force_of_all_steps_is_kept():
+    """A knock lasts one step: a row of the history taken long after still has its force, and the next one has not."""
+    sim = start(ball("a", (-0.15, 0, 0), (1.0, 0, 0)), ball("b", (0.15, 0, 0)), duration=0.2)
+    sim.advance_to(0.15)
+    pushed = runtime.get(sim.rigids.v, 2)[1, 0] * runtime.get(sim.rigids.mass, 2)[1] / sim.dt
+    again = sim.state()["rigid.f_max"].copy()
+    rows = sim.tracks()
+    assert pushed > 0 and rows["rigid_a"]["fx"] == 0.0
+    assert [rows[f"rigid_{name}"]["f_max"] for name in "ab"] == pytest.approx([pushed, pushed], rel=1e-9)
+    assert np.array_equal(again, [row["f_max"] for row in rows.values()])  # a restart has it too
+    assert sim.tracks()["rigid_a"]["f_max"] == 0.0
+
+
 def test_a_grazing_ball_passes_untouched():
     sim = start(ball("a", (-0.5, 0.2001, 0), (5.0, 0, 0)), ball("b", (0, 0, 0)), duration=0.2)
     sim.advance_to(0.2)

@@ -25,7 +25,7 @@ PLATE_END = 8e-5  # s
 TANK, HEIGHT, CRACK, OPENING = 0.15, 0.6, 0.44, 0.012  # m
 SHOT, SHOT_SPEED, SHOT_HIT, WATER_EXIT = 0.009, 730.0, 2e-5, 88.0
 JET, LEAK = 60.0, 3.1  # m/s, l/s
-RIGID_UNITS = {"time": "s"} | dict.fromkeys("xyz", "m") | dict.fromkeys(("vx", "vy", "vz"), "m/s") | dict.fromkeys(("fx", "fy", "fz"), "N")
+RIGID_UNITS = {"time": "s"} | dict.fromkeys("xyz", "m") | dict.fromkeys(("vx", "vy", "vz"), "m/s") | dict.fromkeys(("fx", "fy", "fz", "f_max"), "N")
 LEAK_UNITS = {
     "time": "s", "escaped_mass": "kg", "escaped_count": "-", "rate": "kg/s", "jet_speed": "m/s",
     "jet_x": "-", "jet_y": "-", "jet_z": "-", "opening_area": "m2",
@@ -132,6 +132,7 @@ def write_plate(folder: Path, spacing: float = 5e-4, count: int = 9) -> RunFolde
     z, v = np.array([ball_at(t) for t in time]).T
     history = {"time": time, "x": 0 * z, "y": 0 * z, "z": z, "vx": 0 * z, "vy": 0 * z, "vz": -v, "fx": 0 * z, "fy": 0 * z}
     history["fz"] = 0.154 * -np.gradient(v, time)
+    history["f_max"] = 1.25 * np.abs(history["fz"])  # as if a step between two samples had more
     return _write(folder, scene, frame, count, {"rigid_ball": (RIGID_UNITS, history)}, PLATE_END)
 
 
@@ -268,6 +269,7 @@ def write_tank(folder: Path, full: bool, spacing: float = 0.01, particles: float
     x, v = np.array([shot_at(t, full) for t in time]).T
     zero = np.zeros_like(x)
     rigid = {"time": time, "x": x, "y": zero, "z": zero, "vx": v, "vy": zero, "vz": zero, "fx": 0.031 * np.gradient(v, time), "fy": zero, "fz": zero}
+    rigid["f_max"] = 1.25 * np.abs(rigid["fx"])
     histories = {"rigid_ball": (RIGID_UNITS, rigid)}
     if full:
         mass = LEAK * np.clip(time - 7e-4, 0, None)
