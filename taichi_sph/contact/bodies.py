@@ -16,13 +16,16 @@ from ..model.fill import CONTACT
 from ..model.rigid import free_velocity, spin_of, spun
 from ..runtime import ti
 
+PINBALL = 0.25  # of D: where contact stands behind the pressure of forces/wetted.py
+
 
 @ti.data_oriented
 class Bodies:
     """Pools of the run and their numbers. nodes, cells, loads: of the shell or None; fluid: its particles or None;
     rigids: RigidBodies or None."""
 
-    def __init__(self, mesh, nodes, cells, loads, thickness: float, fluid, rigids):
+    def __init__(self, mesh, nodes, cells, loads, thickness: float, fluid, rigids, pinballs: bool = False):
+        """pinballs: contact alone carries the fluid (T 3.3); else forces/wetted.py does, and contact stands behind it."""
         self.nodes, self.cells, self.loads, self.fluid, self.rigids = nodes, cells, loads, fluid, rigids
         self.has_shell, self.has_fluid, self.has_rigids = nodes is not None, fluid is not None, rigids is not None
         self.moves = self.has_shell and loads.moves
@@ -34,7 +37,8 @@ class Bodies:
         if self.has_fluid:
             # m: of a particle as such, and against a sound shell, whose missing neighbours it makes up for (docs/method.md)
             self.fluid_radius = runtime.new("contact.fluid_radius", 2, dtype="f64")
-            self.fluid_radius[0], self.fluid_radius[1] = 0.5 * fluid.spacing, CONTACT * fluid.spacing
+            radii = (0.5, CONTACT["pinballs"]) if pinballs else (PINBALL, PINBALL)
+            self.fluid_radius[0], self.fluid_radius[1] = radii[0] * fluid.spacing, radii[1] * fluid.spacing
         if self.has_shell:
             self.disc = runtime.new("contact.disc", self.ns, dtype="f64")  # m, radius of the node's disc
             self.half = runtime.new("contact.half", 1, dtype="f64")  # m, half the thickness
@@ -165,7 +169,8 @@ def velocity_free(bodies: ti.template(), p, arm, kick, half_time):
     if ti.static(bodies.has_rigids):
         if p >= bodies.ns + bodies.nf:
             r = p - bodies.ns - bodies.nf
-            v = free_velocity(bodies.rigids, r, kick) + spin_of(bodies.rigids, r).cross(arm)
+            L = bodies.rigids.L[r] + kick * bodies.rigids.torque[r]
+            v = free_velocity(bodies.rigids, r, kick) + spun(bodies.rigids, r, bodies.rigids.q[r], L).cross(arm)
     return v
 
 

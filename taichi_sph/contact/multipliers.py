@@ -86,7 +86,6 @@ class Contact:
         kick = 0.5 * (dt_before + dt)
         if bodies.has_rigids:
             place(bodies.rigids, bodies.rigids.n_balls)
-            _rest(bodies.rigids, bodies.nr)
         if bodies.has_fluid:
             _calm(bodies.fluid, bodies.nf)
         top = _fastest(bodies, bodies.ns, bodies.nf, bodies.nr)
@@ -179,13 +178,6 @@ class Contact:
             for k in ("disc", "sound"):
                 runtime.put(getattr(self.bodies, k), np.asarray(state[f"contact.{k}"]))
         self.pairs.list_participants()
-
-
-@ti.kernel
-def _rest(rigids: ti.template(), n: ti.i32):
-    for r in range(n):
-        rigids.force[r] *= 0.0
-        rigids.torque[r] *= 0.0
 
 
 @ti.kernel
@@ -404,8 +396,8 @@ def _push(contact: ti.template(), n_who: ti.i32, per_kick: ti.f64):
         if ti.static(contact.bodies.has_rigids):
             r = p - contact.bodies.ns - contact.bodies.nf
             if r >= 0:
-                contact.bodies.rigids.force[r] = force
-                contact.bodies.rigids.torque[r] = per_kick * L
+                contact.bodies.rigids.force[r] += force
+                contact.bodies.rigids.torque[r] += per_kick * L
 
 
 @ti.kernel

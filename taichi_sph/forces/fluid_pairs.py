@@ -30,10 +30,12 @@ VECTOR = ti.types.vector(3, ti.f64)
 class FluidPairs:
     """The pass over a pool `p` (FluidParticles) with lists `near` (Neighbours) of a `water` (constants)."""
 
-    def __init__(self, p, near, water, walls, gravity, origin):
+    def __init__(self, p, near, water, walls, gravity, origin, wet=None):
         """water: density rho_0, sound c, tait gamma (0: acoustic), least pressure p_min, support phi = h / D, alpha, beta,
-        delta. origin [m]: pair records are relative to it, which single precision needs."""
-        self.p, self.near, self.water, self.walls = p, near, water, walls
+        delta. origin [m]: pair records are relative to it, which single precision needs. wet: Wetted, or None where there is
+        nothing to wet."""
+        self.p, self.near, self.water, self.walls, self.wet = p, near, water, walls, wet
+        self.wets = wet is not None
         self.tait = water.gamma > 0
         self.cut = water.least > -1e300
         self.gravity, self.origin = ti.Vector([*gravity], ti.f64), ti.Vector([*origin], ti.f64)
@@ -42,14 +44,19 @@ class FluidPairs:
         """Records of the particles at the positions now, dt after the last pass; with the pressure that will act."""
         w = self.water
         _pack(self, self.p.n, self.origin, dt, w.stiffness, w.gamma, w.least)
+        if self.wets:
+            self.wet.face(0.5 / (w.support * self.p.spacing))
 
     def act(self, dt_before: float, dt: float) -> None:
         """force, rate, s; books what viscosity, diffusion and lag take."""
         w, d = self.water, self.p.spacing
         h = w.support * d
         diffusion = 2.0 * w.delta * h / (w.density * w.sound)
-        _act(self, self.near.near, self.p.n, self.near.width, self.gravity, self.origin, dt_before, dt, w.stiffness, w.gamma, w.least, w.density, d, 0.5 / h,
+        touch = self.wet.point if self.wets else self.near.near
+        _act(self, self.near.near, touch, self.p.n, self.near.width, self.gravity, self.origin, dt_before, dt, w.stiffness, w.gamma, w.least, w.density, d, 0.5 / h,
              w.alpha * w.density * w.sound * h, w.beta * w.density * h * h, 0.01 * h * h, diffusion)  # fmt: skip
+        if self.wets:
+            self.wet.bear(0.5 / h)
 
     @ti.func
     def pressure(self, stiffness, gamma, least, s):
@@ -77,7 +84,7 @@ def _pack(t: ti.template(), n: ti.i32, origin: VECTOR, dt: float, stiffness: flo
 
 @ti.func
 def _pair(x, v, D, p, D_j, p_j, g, half_by_spacing, inverse_0, linear, quadratic, eps2):
-    """Of one neighbour: what it adds to force (3), div, spread, power, all over V_i; x and v relative to it."""
+    """Of one neighbour: what it adds to force (3), div, spread, power, all over V_i, and G V_j; x and v relative to it."""
     square = x[0] * x[0] + x[1] * x[1] + x[2] * x[2]
     # 1 / (2 h_ij) by its series about D_0: no division, and right to 1e-6 for 6 % of compression
     e = 1.0 - (D + D_j) * half_by_spacing
@@ -87,18 +94,18 @@ def _pair(x, v, D, p, D_j, p_j, g, half_by_spacing, inverse_0, linear, quadratic
     mu = ti.min(along, 0.0) / (square + eps2)
     viscous = mu * (quadratic * mu - linear)
     f = -G * (p + p_j + viscous)
-    return f * x[0], f * x[1], f * x[2], -G * along, -G * (p_j - p + g[0] * x[0] + g[1] * x[1] + g[2] * x[2]), G * along * viscous
+    return f * x[0], f * x[1], f * x[2], -G * along, -G * (p_j - p + g[0] * x[0] + g[1] * x[1] + g[2] * x[2]), G * along * viscous, G
 
 
 @ti.kernel
 def _act(
-    t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32, gravity: VECTOR, origin: VECTOR, dt_before: float, dt: float,
+    t: ti.template(), near: ti.template(), touch: ti.template(), n: ti.i32, width: ti.i32, gravity: VECTOR, origin: VECTOR, dt_before: float, dt: float,
     stiffness: float, gamma: float, least: float, density: float, spacing: float, inverse_0: float, linear: float,
     quadratic: float, eps2: float, diffusion: float,
 ):  # fmt: skip
     for i in range(n):
         a = t.p.pair[i]
-        x, v, D, p = ti.Vector([a[0], a[1], a[2]]), ti.Vector([a[4], a[5], a[6]]), a[3], a[7]
+        x, v, D, p = ti.Vector([a[0], a[1], a[2]]), ti.Vector([a[4], a[5], a[6]]), ti.abs(a[3]), a[7]
         f0, f1, f2, div, spread, power = D * 0.0, D * 0.0, D * 0.0, D * 0.0, D * 0.0, D * 0.0
         g = density * ti.cast(gravity, float)
         half_by_spacing = 0.5 / spacing
@@ -106,9 +113,22 @@ def _act(
         for m in range(first, first + t.near.number[i]):
             b = t.p.pair[near[m]]
             y, w = x - ti.Vector([b[0], b[1], b[2]]), v - ti.Vector([b[4], b[5], b[6]])
-            one = _pair(y, w, D, p, b[3], b[7], g, half_by_spacing, inverse_0, linear, quadratic, eps2)
+            D_j = b[3]
+            if ti.static(t.wets):
+                D_j = ti.abs(D_j)
+            one = _pair(y, w, D, p, D_j, b[7], g, half_by_spacing, inverse_0, linear, quadratic, eps2)
             f0, f1, f2 = f0 + one[0], f1 + one[1], f2 + one[2]
             div, spread, power = div + one[3], spread + one[4], power + one[5]
+            if ti.static(t.wets):
+                if ti.min(a[3], b[3]) < 0.0:
+                    more = y * 0.0
+                    if a[3] < 0.0:
+                        own = _along(t.wet.side[i], y)
+                        more += p * own
+                        div -= one[6] * w.dot(own)
+                    if b[3] < 0.0:
+                        more += b[7] * _along(t.wet.side[near[m]], y)
+                    f0, f1, f2 = f0 - one[6] * more[0], f1 - one[6] * more[1], f2 - one[6] * more[2]
         if ti.static(t.walls.n > 0):
             # the walls within reach, three at most, and the images in them and in two or three of them
             found = ti.Vector([-1, -1, -1])
@@ -133,10 +153,19 @@ def _act(
                                 shares = t.walls.share(k, t.p.x[i], 2.0 * spacing) * t.walls.share(k, t.p.x[j], 2.0 * spacing)
                                 whole *= ti.cast(shares, float)
                     if whole > 0.0:
-                        one = _pair(x - y, v - w, D, p, b[3], b[7], g * 0.0, half_by_spacing, inverse_0, linear, quadratic, eps2)
+                        one = _pair(x - y, v - w, D, p, ti.abs(b[3]), b[7], g * 0.0, half_by_spacing, inverse_0, linear, quadratic, eps2)
                         f0, f1, f2 = f0 + whole * one[0], f1 + whole * one[1], f2 + whole * one[2]
                         div, power = div + whole * one[3], power + whole * one[5]
         V = D * D * D
+        if ti.static(t.wets):
+            w, heavy, approach = weights(t, touch, i, x, v, D, inverse_0 * spacing / D)
+            mu = 2.0 / D * ti.min(approach, 0.0) / ti.max(w.norm(), 1e-30)  # against its image at D/2 behind the surface
+            viscous = mu * (quadratic * mu - linear)
+            stress = 2.0 * p + viscous
+            f0, f1, f2 = f0 + stress * w[0] + heavy[0], f1 + stress * w[1] + heavy[1], f2 + stress * w[2] + heavy[2]
+            div += 2.0 * approach
+            power -= 2.0 * viscous * approach
+            t.wet.stress[i] = V * stress
         t.p.force[i] = V * ti.Vector([f0, f1, f2]) + t.p.mass[i] * ti.cast(gravity, float)
         before = t.p.s[i]
         mean = 1.0 + before + 0.5 * dt_before * t.p.rate[i]
@@ -154,3 +183,25 @@ def _act(
         else:
             t.p.rate_before[i] = rate
         t.p.rate[i] = rate
+
+
+@ti.func
+def weights(t: ti.template(), touch: ti.template(), i, x, v, D, inverse):
+    """What surfaces do to particle i (wetted.py): w, the weight on it, sum of w_k . (v - v_k)."""
+    all_w, heavy, closing = x * 0.0, x * 0.0, D * 0.0
+    for e in range(t.wet.start[i], t.wet.start[i + 1]):
+        k = touch[e]
+        w, r = t.wet.facet(k, x, D, inverse)
+        if k >= t.wet.ns:
+            w *= t.wet.share[i]
+        all_w += w
+        heavy -= ti.cast(t.wet.heavy, float).dot(r) * w
+        closing += w.dot(v - ti.Vector([t.wet.record[k][6], t.wet.record[k][7], t.wet.record[k][8]]))
+    return all_w, heavy, closing
+
+
+@ti.func
+def _along(side: ti.template(), x):
+    """(T - 1) x of wetted.py."""
+    n = ti.Vector([side[0], side[1], side[2]])
+    return side[3] * (x - x.dot(n) * n)

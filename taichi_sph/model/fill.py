@@ -1,6 +1,6 @@
 """Where the particles of a fluid stand at the start: a cubic lattice in a box or in a closed shell. NumPy only.
 
-In a shell the lattice is centred on its axis and starts at the distance of contact, CONTACT D + e/2, above its bottom; its layers fit the
+In a shell the lattice is centred on its axis and starts at the distance that CONTACT says, and e/2, above its bottom; its layers fit the
 level. It keeps the points that lie inside (a ray along the axis crosses the surface an odd number of times above them) and not more than
 D/2 nearer to it than that, and moves those that are nearer away from the wall to it. So a round wall leaves as much of its lattice out as in: the
 water is neither packed nor loose, and keeps its level when it settles. mass = rho_0 volume / N, and D_0 = (volume / N)^(1/3), with the volume the true one.
@@ -19,7 +19,7 @@ from ..scene.surfaces import CappedTank, Cylinder
 from .mesh import SurfaceMesh
 
 AXES = {"x": 0, "y": 1, "z": 2}
-CONTACT = 0.74  # of D_0: where a particle meets a sound shell (docs/method.md)
+CONTACT = {"pressure": 0.5, "pinballs": 0.74}  # of D_0: where a particle stands at a sound shell (docs/method.md)
 PITCHES = tuple(1 + 0.01 * k for k in (0, -1, 1, -2, 2, -3, 3, -4, 4, -5, 5))  # of D: tried until the lattice holds what it should
 ENOUGH, FEW = 0.01, 20_000  # ... to this; above so many particles a row of them does not matter
 CLOSER = 1e-6  # of D: nearer to a wall than this below its distance is rounding
@@ -84,10 +84,11 @@ def fill(fluid: Fluid, spacing: float, mesh: SurfaceMesh | None = None, thicknes
     volume = _revolved(surface, thickness, fluid.fill.axis, level)
     if volume is None:
         volume = _measured(triangles, thickness, level, d)
-    wanted = max(volume - (CONTACT - 0.5) * d * _area(triangles[triangles[:, :, 2].mean(axis=1) < level]), d**3)
+    clear = CONTACT[fluid.contact]
+    wanted = max(volume - (clear - 0.5) * d * _area(triangles[triangles[:, :, 2].mean(axis=1) < level]), d**3)
     best = np.inf
     for pitch in PITCHES:
-        there, cell = _lattice_in(triangles, d * pitch, low, high, level, thickness)
+        there, cell = _lattice_in(triangles, d * pitch, low, high, level, thickness, clear)
         found = abs(len(there) * cell / wanted - 1)
         if found < best:
             points, lattice, best = there, float(np.cbrt(cell)), found
@@ -98,9 +99,10 @@ def fill(fluid: Fluid, spacing: float, mesh: SurfaceMesh | None = None, thicknes
     return Filling(points[:, np.argsort(turn)], volume, lattice, fluid.water.density)
 
 
-def _lattice_in(triangles: np.ndarray, d: float, low: np.ndarray, high: np.ndarray, level: float, thickness: float) -> tuple[np.ndarray, float]:
-    """The points of a lattice of spacing d (upright: what fits the level) in a closed surface, and the volume of its cell [m3]."""
-    margin = CONTACT * d + 0.5 * thickness
+def _lattice_in(triangles: np.ndarray, d: float, low: np.ndarray, high: np.ndarray, level: float, thickness: float, clear: float) -> tuple[np.ndarray, float]:
+    """The points of a lattice of spacing d (upright: what fits the level) in a closed surface, `clear` d off its walls, and the volume of
+    its cell [m3]."""
+    margin = clear * d + 0.5 * thickness
     least = max(margin - 0.5 * d, 0.5 * thickness)  # on a round wall
     n = np.floor((high - low - 2 * least) / d + 1 + 1e-6).astype(int)
     room = level - 0.5 * d - low[2] - margin  # between the lowest and the highest layer

@@ -23,7 +23,7 @@ class RigidBodies:
         self.v = new("rigid.v", n, 3, "f64")  # m/s
         self.q = new("rigid.q", n, 4, "f64")  # quaternion (w, x, y, z) from t = 0 to now
         self.L = new("rigid.L", n, 3, "f64")  # kg m2/s, angular momentum about the centre of mass
-        self.force = new("rigid.force", n, 3, "f64")  # N, contact
+        self.force = new("rigid.force", n, 3, "f64")  # N, water and contact
         self.f_max = new("rigid.f_max", n, dtype="f64")  # N, largest |force| of the steps since it was last taken
         self.torque = new("rigid.torque", n, 3, "f64")  # N m, about the centre of mass
         self.weight = new("rigid.weight", n, 3, "f64")  # N, gravity
@@ -130,8 +130,8 @@ def spin_of(rigids: ti.template(), r):
 
 @ti.func
 def free_velocity(rigids: ti.template(), r, kick):
-    """Velocity of the centre at the half step to come, without contact [m/s]."""
-    return rigids.v[r] + rigids.free[r] * kick / rigids.mass[r] * rigids.weight[r]
+    """Velocity of the centre at the half step to come, by the forces so far [m/s]."""
+    return rigids.v[r] + rigids.free[r] * kick / rigids.mass[r] * (rigids.weight[r] + rigids.force[r])
 
 
 @ti.func
@@ -143,6 +143,14 @@ def rolled(q, theta):
         axis = ti.sin(0.5 * angle) / angle * theta
         step = ti.Vector([ti.cos(0.5 * angle), axis[0], axis[1], axis[2]])
     return product(step, q).normalized()
+
+
+@ti.kernel
+def rest(rigids: ti.template(), n: ti.i32):
+    """No forces yet."""
+    for r in range(n):
+        rigids.force[r] *= 0.0
+        rigids.torque[r] *= 0.0
 
 
 @ti.kernel
@@ -159,7 +167,7 @@ def move(rigids: ti.template(), n: ti.i32, dt_before: ti.f64, dt: ti.f64):
     kick = 0.5 * (dt_before + dt)
     for r in range(n):
         before, L_before = rigids.v[r], rigids.L[r]
-        v = free_velocity(rigids, r, kick) + rigids.free[r] * kick / rigids.mass[r] * rigids.force[r]
+        v = free_velocity(rigids, r, kick)
         L = L_before + rigids.free[r] * kick * rigids.torque[r]
         weight = rigids.free[r] * rigids.weight[r]
         rigids.work[r] += rigids.ahead[r] + 0.5 * dt_before * weight.dot(before)
@@ -173,3 +181,23 @@ def move(rigids: ti.template(), n: ti.i32, dt_before: ti.f64, dt: ti.f64):
         rigids.x[r] += dt * v
         half_way = rolled(q, 0.5 * dt * spun(rigids, r, q, L))
         rigids.q[r] = rolled(q, dt * spun(rigids, r, half_way, L))
+
+
+def surface(body: Rigid, spacing: float) -> tuple[np.ndarray, np.ndarray]:
+    """(K, 3) points on the outside of a body's pinballs, from its centre of mass [m], and (K, 3) vector areas outward
+    [m2], at t = 0: even points on each sphere, about `spacing` [m] apart, those inside another pinball left out."""
+    points, areas = [], []
+    for one in body.pinballs:
+        n = max(24, int(np.ceil(4 * np.pi * one.radius**2 / spacing**2)))
+        z = 1 - (2 * np.arange(n) + 1) / n
+        turn = np.pi * (1 + 5**0.5) * np.arange(n)  # the golden angle: Fibonacci's sphere
+        across = np.sqrt(1 - z * z)
+        normal = np.column_stack([across * np.cos(turn), across * np.sin(turn), z])
+        x = np.array(one.centre) + one.radius * normal
+        outside = np.ones(n, bool)
+        for other in body.pinballs:
+            if other is not one:
+                outside &= np.linalg.norm(x - np.array(other.centre), axis=1) >= other.radius * (1 - 1e-9)
+        points.append(x[outside] - body.centre)
+        areas.append(4 * np.pi * one.radius**2 / n * normal[outside])
+    return np.concatenate(points), np.concatenate(areas)

@@ -33,6 +33,7 @@ def b3_slope(q):
 # --- Wendland's C2 kernel, for fluids: no pairing of neighbours, and no division in its slope over r ------------
 
 W2 = 210.0 / math.pi  # of w2_slope, in three dimensions
+W2_VALUE = 21.0 / (2.0 * math.pi)  # of w2
 
 
 @ti.func
@@ -44,3 +45,11 @@ def w2_slope(r, inverse):
     u = ti.max(1.0 - r * inverse, 0.0)
     square = inverse * inverse
     return -W2 * (u * square) * (u * square) * (u * inverse)
+
+
+@ti.func
+def w2(r, inverse):
+    """W(r) [1/m^3] of that kernel."""
+    u = ti.max(1.0 - r * inverse, 0.0)
+    square = u * u
+    return W2_VALUE * (inverse * inverse * inverse) * (square * square) * (1.0 + 4.0 * r * inverse)

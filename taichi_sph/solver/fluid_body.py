@@ -17,10 +17,13 @@ import numpy as np
 
 from .. import runtime
 from ..forces.fluid_pairs import FluidPairs
+from ..forces.packing import even_out
+from ..forces.wetted import Wettable, Wetted
 from ..model.fluid import FluidParticles
 from ..model.walls import Walls
 from ..numerics.neighbours import Neighbours
 from ..numerics.reduce import Reducer
+from ..scene.fluid import ShellFill
 from .fluid_motion import drift, fastest, stored_energy
 
 LIMIT = 0.515  # h / c: the step that is stable with alpha up to 1.5 (docs/method.md)
@@ -48,9 +51,10 @@ class Constants:
 class FluidBody:
     """A Fluid of the scene at work. `p` the pool (x, v, mass, force, push, id), `near` cells and lists."""
 
-    def __init__(self, fluid, points: np.ndarray, spacing: float, mass: float, gravity=(0.0, 0.0, 0.0), walls=(), skin: float = 0.15):
+    def __init__(self, fluid, points: np.ndarray, spacing: float, mass: float, gravity=(0.0, 0.0, 0.0), walls=(), skin: float = 0.15, wettable: Wettable | None = None):
         """fluid: scene.Fluid; points (N, 3) [m], spacing D_0 [m] and mass [kg] of one particle: model.fill.Filling;
-        gravity [m/s2]; walls: scene.Wall; skin of the lists in spacings."""
+        gravity [m/s2]; walls: scene.Wall; skin of the lists in spacings; wettable: the shell and the bodies that its
+        pressure acts on."""
         water = fluid.water
         self.name, self.fluid = fluid.name, fluid
         self.water = Constants(
@@ -58,6 +62,7 @@ class FluidBody:
             fluid.support, fluid.alpha, fluid.beta, fluid.delta,
         )  # fmt: skip
         self.gravity = np.asarray(gravity, float)
+        self.sorts = 0
         self.p = p = FluidParticles(fluid.name, points, mass, spacing)
         self.skin = skin * spacing
         # 1e-3: supports grow by that at s = -0.3 %; of water torn further apart the lists may miss pairs at the very rim,
@@ -65,9 +70,18 @@ class FluidBody:
         reach = 2.0 * fluid.support * spacing * (1.0 + 1e-3) + self.skin
         self.near = Neighbours(fluid.name, p.x, p.n, reach, spacing, np.array([points.min(axis=0), points.max(axis=0)]))
         self.walls = Walls(fluid.name, walls)
-        self.pairs = FluidPairs(p, self.near, self.water, self.walls, self.gravity, points.mean(axis=0))
+        origin = points.mean(axis=0)
+        self.wet = None
+        if wettable is not None:
+            self.wet = Wetted(wettable, p, fluid.support, water.density, self.gravity, origin)
+        self.pairs = FluidPairs(p, self.near, self.water, self.walls, self.gravity, origin, self.wet)
+        if self.wet is not None and isinstance(fluid.fill, ShellFill):
+            self.sort()
+            points = even_out(self, fluid.fill.axis, fluid.fill.level)
+            runtime.put(p.x, points)
+            runtime.put(p.id, np.arange(p.n, dtype=np.int32))
+        self.start = points  # (N, 3) m
         self.reducer = Reducer(p.n)
-        self.sorts = 0
         v = np.tile(np.asarray(fluid.velocity, float), (p.n, 1))
         runtime.put(p.v, v)
         if fluid.hydrostatic and self.gravity.any():
@@ -77,7 +91,9 @@ class FluidBody:
         self.compressed = self.stored()  # J, at t = 0
         self.injected = 0.5 * mass * float((v**2).sum()) + self.compressed  # J
         self.fallen_from, self.dt = self._potential(0.0), 0.0
-        self._sort()
+        self.sort()
+        if self.wet is not None:
+            self.wet.renew()
 
     def compression(self, pressure: np.ndarray) -> np.ndarray:
         """s of a pressure [Pa] (NumPy; the law itself is in laws/)."""
@@ -92,7 +108,8 @@ class FluidBody:
         p = w.stiffness * s if w.gamma == 0.0 else w.stiffness / w.gamma * np.expm1(w.gamma * np.log1p(s))
         return np.maximum(p, w.least)
 
-    def _sort(self) -> None:
+    def sort(self) -> None:
+        """The particles in the order of their cells, and their lists."""
         self.near.order()
         self.p.reorder(self.near.source)
         self.near.list()
@@ -106,7 +123,9 @@ class FluidBody:
         moved, _ = self.near.moved()
         worn = moved >= self.skin
         if worn:
-            self._sort()
+            self.sort()
+        if self.wet is not None:
+            self.wet.follow(worn)
         self.pairs.pack(dt_before)
         self.pairs.act(dt_before, dt)
         return worn
@@ -158,6 +177,7 @@ class FluidBody:
             f"{self.name}.numbers": np.array([self.dt, self.injected, self.fallen_from, self.compressed, self.sorts, near.width]),
             f"{self.name}.built": runtime.get(near.built, p.n),
             **{f"{self.name}.{name}": runtime.get(field, p.n) for name, field in p.history.items()},
+            **({} if self.wet is None else self.wet.state()),
         }
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
@@ -170,6 +190,8 @@ class FluidBody:
         near.list()
         for name, field in p.history.items():
             runtime.put(field, np.asarray(state[f"{self.name}.{name}"]))
+        if self.wet is not None:
+            self.wet.restore(state)
 
     def frame(self) -> dict[str, np.ndarray]:
         """points (N, 3) [m], velocity [m/s], pressure [Pa], density [kg/m3], in the order of the start."""

@@ -19,6 +19,7 @@ from ..forces.metal import thicknesses
 from ..forces.pressure import SurfacePressure
 from ..forces.spin_filter import SpinFilter
 from ..forces.viscosity import PairViscosity
+from ..forces.wetted import Wettable
 from ..model.build import build, initial_velocity, node_forces, node_moments, node_motions, rise
 from ..model.cuts import cells_cut
 from ..model.fill import fill_fluid
@@ -53,7 +54,7 @@ class Simulation:
         self.scene = scene
         self.shell = scene.shells[0] if scene.shells else None
         self.time, self.step, self.dt, self._dt_before = 0.0, 0, 0.0, 0.0
-        self.relaxation = self._fluid_start = None
+        self.relaxation = None
         self.stepping = 0.0  # s of wall clock in steps
         self.spacing = scene.numerics.spacing
         self.nodes = self.cells = self.mesh = self.material = self.internal = self.loads = self.rupture = self.stable = None
@@ -123,14 +124,19 @@ class Simulation:
         scene, fluid = self.scene, self.scene.fluids[0]
         filling = fill_fluid(fluid, scene, self.mesh)
         gravity = scene.gravity or (0.0, 0.0, 0.0)
-        return FluidBody(fluid, filling.points, filling.spacing, filling.mass, gravity, scene.walls)
+        wettable = None
+        if fluid.contact == "pressure" and (self.shell is not None or self.rigids is not None):
+            thickness = self.shell.thickness if self.shell is not None else 0.0
+            wettable = Wettable(self.mesh, self.nodes, self.cells, thickness, self.rigids, scene.rigids)
+        return FluidBody(fluid, filling.points, filling.spacing, filling.mass, gravity, scene.walls, wettable=wettable)
 
     def _contact(self, meets_itself: bool) -> Contact:
         """Pinballs of all bodies (T 3.3)."""
         scene = self.scene
         thickness = self.shell.thickness if self.shell is not None else 0.0
         fluid = self.fluid.p if self.fluid is not None else None
-        bodies = Bodies(self.mesh, self.nodes, self.cells, self.loads, thickness, fluid, self.rigids)
+        pinballs = self.fluid is not None and self.fluid.wet is None
+        bodies = Bodies(self.mesh, self.nodes, self.cells, self.loads, thickness, fluid, self.rigids, pinballs)
         lengths = [0.5 * p.radius for body in scene.rigids for p in body.pinballs]
         if self.shell is not None:
             lengths.append(self.spacing)
@@ -314,10 +320,8 @@ class Simulation:
         data = self.fluid.frame()
         points = data.pop("points")
         n = len(points)
-        if self._fluid_start is None:
-            self._fluid_start = points if self.step == 0 else fill_fluid(self.scene.fluids[0], self.scene, self.mesh).points
         outside = self.leak.outside if self.leak is not None else np.zeros(n, bool)
-        data |= {"reference": self._fluid_start, "diameter": np.full(n, self.fluid.p.spacing), "outside": outside.astype(np.uint8)}
+        data |= {"reference": self.fluid.start, "diameter": np.full(n, self.fluid.p.spacing), "outside": outside.astype(np.uint8)}
         return BodyFrame(self.fluid.name, points, np.zeros((0, 4), np.int32), data, {}, kind="fluid")
 
     def _rigid_frames(self) -> list[BodyFrame]:

@@ -3,6 +3,7 @@
     strain    u_n -> edge means, strains, damage, stresses
     rupture   cells that reached D_c break; the links they cut are renewed; only then
     force     f_n = internal + terms + external
+    fluid     pressure, density rate, and what it presses on shell and rigid bodies
     contact   f_n += c^T lambda, so that v_n+1/2 does not close what is closed (T 3.8)
     kick      v_n+1/2 = v_n-1/2 + dt_n f_n / m          (prescribed velocities replace theirs)
     drift     u_n+1   = u_n + dt v_n+1/2
@@ -14,7 +15,7 @@ what is left over is a measure of the rest.
 
 from ..forces.loads import history, undrilled
 from ..forces.pressure import BOOK, START
-from ..model.rigid import move
+from ..model.rigid import move, rest
 from ..runtime import ti
 
 
@@ -30,6 +31,8 @@ def step(sim, dt_before: float, dt: float) -> None:
         for term in sim.terms:
             term.add(dt)
         sim.loads.update(sim.time)
+    if sim.rigids is not None:
+        rest(sim.rigids, sim.rigids.n)
     renumbered = sim.fluid is not None and sim.fluid.rates(dt_before, dt)
     if sim.contact is not None:
         sim.contact.add(dt_before, dt, half_time, renumbered)
