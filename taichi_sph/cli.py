@@ -38,6 +38,7 @@ SetOption = Annotated[
     typer.Option("--set", "-s", metavar="KEY=VALUE", help="A parameter of the scene, or a key such as numerics.spacing=1mm."),
 ]
 OutOption = Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Default: runs/<scene>-<quality>.")]
+OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace the run that DIR holds.")]
 Arch = Literal["cpu", "cuda", "vulkan", "metal"]
 ArchOption = Annotated[Arch, typer.Option("--arch", help="Where to compute.")]
 ThreadsOption = Annotated[int | None, typer.Option("--threads", min=1, help="CPU threads; default: all.")]
@@ -61,13 +62,15 @@ def run(
     quality: QualityOption = None,
     set_: SetOption = None,
     out: OutOption = None,
+    overwrite: OverwriteOption = False,
     arch: ArchOption = "cpu",
     threads: ThreadsOption = None,
     pictures: PicturesOption = True,
 ) -> None:
     """Run a scene, or all scenes of a study, then say in words and pictures what happened."""
     found = load(_find(scene), settings(quality, set_))
-    _start(found, out, arch=arch, threads=threads, pictures=pictures, command=command_line(scene, quality, set_))
+    how: dict[str, Any] = {"arch": arch, "threads": threads, "pictures": pictures}
+    _start(found, out, overwrite, **how, command=command_line(scene, quality, set_))
 
 
 @app.command()
@@ -83,7 +86,7 @@ def resume(
     if (folder / "study.json").is_file():
         from .output.study import read_study
 
-        _start(read_study(folder), folder, arch=arch, threads=threads, pictures=pictures, command="")
+        _start(read_study(folder), folder, False, arch=arch, threads=threads, pictures=pictures, command="")
         return
     running.resume(folder, arch=arch, threads=threads, pictures=pictures)
 
@@ -333,12 +336,14 @@ def _command_of(function: SceneFunction) -> typer.Typer:
         quality: QualityOption = None,
         set_: SetOption = None,
         out: OutOption = None,
+        overwrite: OverwriteOption = False,
         arch: ArchOption = "cpu",
         threads: ThreadsOption = None,
         pictures: PicturesOption = True,
     ) -> None:
         found = load(function, settings(quality, set_))
-        _start(found, out, arch=arch, threads=threads, pictures=pictures, command=command_line(found.name, quality, set_))
+        how: dict[str, Any] = {"arch": arch, "threads": threads, "pictures": pictures}
+        _start(found, out, overwrite, **how, command=command_line(found.name, quality, set_))
 
     return single
 
@@ -382,16 +387,19 @@ def _find(name: str) -> Path:
     raise SceneError(f"there is no scene '{name}'{here}")
 
 
-def _start(found: Scene | Study, out: Path | None, **how: Any) -> None:
-    """Run what a script returned."""
+def _start(found: Scene | Study, out: Path | None, overwrite: bool, **how: Any) -> None:
+    """Run what a script returned; a run that is there already is replaced only if `overwrite` says so."""
     if isinstance(found, Study):
         from .study import run_study
 
-        run_study(found, out, **how)
+        run_study(found, out, overwrite=overwrite, **how)
     else:
-        from .run import run as run_scene
+        from . import run as running
 
-        run_scene(found, out, **how)
+        folder = out or running.default_out(found)
+        if not overwrite:
+            running.spare(folder)
+        running.run(found, folder, **how)
 
 
 def _scene(name: str, quality: str | None, pairs: list[str] | None) -> Scene:

@@ -146,6 +146,16 @@ def check_out(out: Path, need: int, mark: str = SCENE_FILE) -> None:
         raise SceneError(f"--out '{out}' needs about {bytes_text(need)}; the disk has {bytes_text(free)} free")
 
 
+def spare(out: Path) -> None:
+    """SceneError where `out` holds what a run would destroy: an earlier one, finished or not."""
+    if not (out / SCENE_FILE).is_file():
+        return
+    if (out / SUMMARY_FILE).is_file():
+        raise SceneError(f"'{out}' holds a finished run; replace it with --overwrite, or give another folder with --out")
+    if any((out / "checkpoints").glob("*")):
+        raise SceneError(f"'{out}' holds an interrupted run; go on with: taichi-sph resume {out}, or replace it with --overwrite")
+
+
 def run(
     scene: Scene,
     out: Path | None = None,
@@ -157,7 +167,8 @@ def run(
     progress: Progress | None = None,
     simulation: Callable[..., SimulationLike] | None = None,
 ) -> Path:
-    """Runs a scene into the folder `out` and returns it. SceneError before anything is written.
+    """Runs a scene into the folder `out`, where it replaces an earlier run, and returns it. SceneError before anything
+    is written.
 
     `command`: how the user would run it again, for the record.
     """

@@ -22,13 +22,14 @@ def run_study(
     study: Study,
     out: Path | None = None,
     *,
+    overwrite: bool = False,
     arch: str = "cpu",
     threads: int | None = None,
     pictures: bool = True,
     command: str = "",
     simulation: Callable[..., running.SimulationLike] | None = None,
 ) -> Path:
-    """Runs what is not finished yet, then judges all. SceneError before anything is written; RunStopped at the end
+    """Runs what is not finished yet (all cases anew with `overwrite`), then judges all. SceneError before anything is written; RunStopped at the end
     when a case failed."""
     from .output.study import STUDY_FILE, case_answer, finished, interrupted, study_answer, write_study_summary
     from .output.folder import read_json
@@ -46,11 +47,11 @@ def run_study(
     for number, (case, scene) in enumerate(study.cases.items(), 1):
         folder = out / case
         head = f"case {number} of {len(study.cases)}"
-        if finished(folder, scene):
-            progress.say(f"{head}: {case} is finished already and kept; remove {folder} to run it anew")
+        if finished(folder, scene) and not overwrite:
+            progress.say(f"{head}: {case} is finished already and kept; --overwrite runs it anew")
             progress.say(f"  {case_answer(case, read_json(folder / running.SUMMARY_FILE))}")
             continue
-        going_on = interrupted(folder, scene)
+        going_on = interrupted(folder, scene) and not overwrite
         progress.say(f"{head}: {case}{' goes on from its checkpoint' if going_on else ''}, {plans[case].nodes} nodes, compiling ...")
         how: dict[str, Any] = {"arch": arch, "threads": threads, "pictures": False, "progress": Progress(terse=True), "simulation": simulation}
         try:

@@ -58,8 +58,23 @@ def test_the_default_folder_and_a_second_run_into_it(call, work, fake, scene_fil
     stale.parent.mkdir()
     stale.touch()
     (work / "runs/small-custom/notes.txt").write_text("mine")
-    assert call("run", "small.json", *QUIET)[0] == 0
+    before = files(work)
+    code, _, err = call("run", "small.json", *QUIET)
+    assert code == 2 and files(work) == before and len(fake.asked) == 1
+    assert err == "taichi-sph: 'runs/small-custom' holds a finished run; replace it with --overwrite, or give another folder with --out\n"
+    assert call("run", "small.json", "--overwrite", *QUIET)[0] == 0
     assert not stale.exists() and (work / "runs/small-custom/notes.txt").exists()
+
+
+def test_an_interrupted_run_is_not_replaced_by_mistake(call, work, fake, scene_file):
+    fake.on_step = lambda sim: sim.step == 11 and signal.raise_signal(signal.SIGINT)
+    assert call("run", "small.json", "--out", "r", *QUIET)[0] == 130
+    fake.on_step = None
+    before = files(work)
+    code, _, err = call("run", "small.json", "--out", "r", *QUIET)
+    assert code == 2 and files(work) == before
+    assert "holds an interrupted run; go on with: taichi-sph resume r, or replace it with --overwrite" in err
+    assert call("run", "small.json", "--out", "r", "--overwrite", *QUIET)[0] == 0
 
 
 @pytest.mark.parametrize("step", [1, 9, 10, 11, 25, 39])

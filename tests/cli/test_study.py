@@ -67,6 +67,9 @@ def test_what_is_finished_is_kept(call, work, study):
     # another scene under the same name is another run
     assert call("run", "some", "--out", "s", "--no-pictures", "--set", "duration=30us")[0] == 0
     assert ran(study) == [2, 3, 4, 2, 3, 4] and load_scene(work / "s/e2mm/scene.json").duration == pytest.approx(30e-6)
+    # all anew where that is said
+    assert call("run", "some", "--out", "s", "--no-pictures", "--set", "duration=30us", "--overwrite")[0] == 0
+    assert ran(study) == [2, 3, 4] * 3
 
 
 def test_a_failed_case_does_not_end_the_study(call, work, study):
