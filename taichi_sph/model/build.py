@@ -32,7 +32,7 @@ def build(scene: Scene) -> Model:
     inertia = mass * rotary(mesh.node_spacing, shell.thickness, scene.numerics) if bends else None
     nodes = Nodes(mesh, mass, inertia)
     spared = [inside(region, mesh.centres) for region in shell.sound]
-    material = MaterialPool(shell.material, shell.thickness, bends)
+    material = MaterialPool(shell.material, shell.thickness, bends, mesh.spacing)
     cells = Cells(mesh, nodes, material, np.any(spared, axis=0) if spared else None)
     return Model(mesh, nodes, cells, material)
 

@@ -8,7 +8,9 @@ and a flat scene allocates and compiles nothing of bending.
 import numpy as np
 
 from .. import runtime
+from ..errors import SceneError
 from ..runtime import ti
+from ..scene.necking import rupture_strain
 from .mesh import SurfaceMesh
 
 
@@ -161,7 +163,8 @@ class MaterialPool:
     a scene does not ask for is not compiled.
     """
 
-    def __init__(self, material, thickness: float, bends: bool):
+    def __init__(self, material, thickness: float, bends: bool, width: float = 0.0):
+        """material: scene.Material; thickness [m]; width [m] of the cells, which a neck is spread over."""
         self.bends = bends
         self.yields = material.strength is not None
         self.damages = material.damage is not None
@@ -172,7 +175,13 @@ class MaterialPool:
         if self.damages and not self.yields:
             values |= {"threshold": material.damage.threshold, "A": material.damage.A, "B": material.damage.B}
         if self.damages and self.yields:
-            values |= {"eps_d": material.damage.threshold, "eps_r": material.damage.rupture, "D_c": material.damage.critical}
+            rupture = rupture_strain(material, width, thickness)
+            if rupture <= material.damage.threshold:
+                raise SceneError(
+                    f"material '{material.name}': a cell of {1e3 * width:.3g} mm in a sheet of {1e3 * thickness:.3g} mm breaks at a mean strain of"
+                    f" {rupture:.3g}, before its damage starts at {material.damage.threshold:g}; lower the spacing, or set damage.necks to false"
+                )
+            values |= {"eps_d": material.damage.threshold, "eps_r": rupture, "D_c": material.damage.critical}
         if self.delays:
             values |= {"a": material.delay.a, "tau_c": material.delay.tau_c}
         if self.breaks:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, StrictInt, model_validator
+from pydantic import BeforeValidator, Field, StrictBool, StrictInt, model_validator
 
 from . import plausible
 from .base import Choice, Frozen
@@ -104,12 +104,14 @@ class Mazars(Frozen):
 
 class LemaitreChaboche(Frozen):
     """Ductile damage, linear in the plastic strain (T 2.62, 2.66): 0 up to `threshold`, `critical` at `rupture`, both
-    true plastic strains of uniaxial tension."""
+    true plastic strains of uniaxial tension. `necks`: `rupture` is the strain in a neck, and a cell wider than the sheet is
+    thick breaks at the mean of the neck and the sheet beside it (scene/necking.py)."""
 
     kind: Literal["lemaitre_chaboche"] = "lemaitre_chaboche"
     threshold: Annotated[Dimensionless, Field(ge=0)]  # eps_d, eps_p^s
     rupture: Annotated[Dimensionless, Field(gt=0)]  # eps_r, eps_p^c
     critical: Annotated[Dimensionless, Field(gt=0, le=1)]  # D_c
+    necks: StrictBool = False
 
     @model_validator(mode="after")
     def _grows(self) -> "LemaitreChaboche":
