@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,41 @@ SCALES = {
     "J": ((1e-3, "mJ"), (1.0, "J"), (1e3, "kJ"), (1e6, "MJ")),
     "Pa": ((1.0, "Pa"), (1e3, "kPa"), (1e6, "MPa"), (1e9, "GPa")),
 }
+
+# options of a quantity as words, in this order; {} is the value
+OPTIONS = {
+    "striker": "of {}", "mode": "of mode {}", "column": "of {}", "history": "in {}", "body": "of {}", "time": "at {}", "start": "from {}",
+    "end": "to {}", "reference": "over {}",
+}  # fmt: skip
+PLAIN = ("surge_deviation", "surge_speed")  # their start and end are no times
+
+
+def in_words(name: str) -> str:
+    """The name of a quantity, of a study or a run: "striker_speed(axis=x, beyond=0.0)_finer" -> "striker speed where x = 0,
+    finer"."""
+    what, _, rest = name.partition("(")
+    options, _, case = rest.rpartition(")")
+    given = dict(pair.split("=", 1) for pair in options.split(", ") if pair)
+    words = [what.replace("_", " ")]
+    if {"axis", "beyond"} <= given.keys():
+        words.append(f"where {given.pop('axis')} = {float(given.pop('beyond')):g}")
+    for key, phrase in OPTIONS.items():
+        if key in given:
+            value = given.pop(key)
+            if key in ("time", "start", "end") and what not in PLAIN:
+                value = quantity_text(float(value), "s")
+            words.append(phrase.format(_plain(value)))
+    text = " ".join(words)
+    for part in [*(f"{key} {_plain(value)}" for key, value in given.items()), _plain(case.removeprefix("_"))]:
+        text += f", {part}" if part else ""
+    return text
+
+
+def _plain(text: str) -> str:
+    try:
+        return f"{float(text):.4g}"
+    except ValueError:
+        return text.removeprefix("rigid_").removeprefix("probe_").replace("_", " ")
 
 
 def count(number: int) -> str:
@@ -212,7 +248,7 @@ def answer(run: RunFolder, summary: dict[str, Any] | None = None) -> list[str]:
         lines = [_body(run, shell, len(scene.shells) > 1) for shell in breakable]
     for name, entry in summary["quantities"].items():
         target = tolerance_text(entry)
-        lines.append(f"{name}: {quantity_text(entry['value'], entry['unit'])}" + (f" ({target})" if target else ""))
+        lines.append(f"{in_words(name)}: {quantity_text(entry['value'], entry['unit'])}" + (f" ({target})" if target else ""))
     balance = []
     for key, title in (("B_percent", "balance B"), ("closed_residual_percent", "closed residual")):
         if summary.get(key) is not None:

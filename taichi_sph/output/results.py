@@ -13,7 +13,7 @@ from typing import Any
 
 from ..errors import SceneError
 from ..scene import Scene, Study
-from .answer import SCALES, quantity_text
+from .answer import SCALES, in_words, quantity_text
 from .folder import RunFolder, read_json, write_json
 from .record import scene_hash
 
@@ -80,7 +80,7 @@ def _row(summary: dict[str, Any], name: str, entry: dict[str, Any]) -> str:
     if target and entry["tolerance"]:
         target += f" ± {quantity_text(entry['tolerance'], entry['unit'])}"
     met = {True: "yes", False: "**no**", None: ""}[entry["met"]]
-    return f"| {name} | {quantity_text(entry['value'], entry['unit'])} | {target} | {met} | {entry['source']} |"
+    return f"| {in_words(name)} | {quantity_text(entry['value'], entry['unit'])} | {target} | {met} | {entry['source']} |"
 
 
 def _setting(name: str, value: Any) -> str:

@@ -15,7 +15,7 @@ import numpy as np
 from ..errors import SceneError
 from ..scene import Convergence, Scene, Study, load
 from . import checkpoint
-from .answer import count, quantity_text, tolerance_text
+from .answer import count, in_words, quantity_text, tolerance_text
 from .folder import RunFolder, read_json, write_json
 from .record import commit, machine, scene_hash
 from .summary import judged, quantity_names
@@ -117,7 +117,7 @@ def case_answer(name: str, summary: dict[str, Any]) -> str:
     parts = []
     for key, entry in summary["quantities"].items():
         verdict = f" ({tolerance_text(entry)})" if entry["met"] is False else ""
-        parts.append(f"{key} {quantity_text(entry['value'], entry['unit'])}{verdict}")
+        parts.append(f"{in_words(key)} {quantity_text(entry['value'], entry['unit'])}{verdict}")
     return f"{name}: {', '.join(parts) or 'finished'}"
 
 

@@ -50,7 +50,7 @@ class Look:
     """What the colours mean, and how much displacements are magnified, for one or many panels."""
 
     field: str  # name of a cell field, or "speed"
-    label: str  # with unit
+    label: str  # with unit; "" where there is nothing to tell, and no colour bar
     colours: Colormap
     low: float
     high: float

@@ -252,7 +252,7 @@ def _struck(run: RunFolder, backend: Backend) -> list[Path]:
     """The end, some instants, strikers and leak of a run with several kinds of bodies."""
     out, looks, last = run.pictures, struck.looks_of([run]), len(_times(run)) - 1
     paths = []
-    if run.of_kind("shell"):
+    if struck.suffers(run):
         words = ("true deformation", "broken cells removed")
         paths.append(_save(struck.final_page(run, looks, backend, _subtitle(run, instant(run, -1), *words)), out / "impact.png"))
         chosen = struck.strip_instants(run)
@@ -292,7 +292,7 @@ def _movies(run: RunFolder, backend: Backend) -> list[Path]:
 
 def _struck_pages(run: RunFolder, backend: Backend) -> Iterator[Figure]:
     looks, every = struck.looks_of([run]), range(len(_times(run)))
-    if not run.of_kind("shell"):
+    if not struck.suffers(run):
         for index in every:
             yield struck.free_strip(run, looks, "pressure", backend, [index], _subtitle(run, instant(run, index)), MOVIE_DPI)
         return

@@ -8,6 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
+from ..output.answer import in_words
 from ..output.folder import RunFolder
 from ..output.measures import leak as leaking
 from ..output.measures import perforation
@@ -183,7 +184,7 @@ def targets(summary: dict[str, Any]) -> Figure:
                 axes.annotate(f"{entry['value']:.4g}", (1.0, y), xycoords=("axes fraction", "data"), xytext=(4, 0),
                               textcoords="offset points", va="center", fontsize=8, color="#5a6670")  # fmt: skip
             axes.set_yticks(list(place.values()), list(place))
-            axes.set_xlabel(quantity.replace("_", " "))
+            axes.set_xlabel(in_words(quantity))
             axes.tick_params(labelsize=8, length=2.5)
             axes.locator_params(axis="x", nbins=6)
         figure.suptitle(f"{summary['title']}: numbers beside what is expected (grey)", x=0.01, ha="left", fontsize=11, weight="bold")

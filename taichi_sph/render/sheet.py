@@ -22,6 +22,7 @@ from .panel import Look, View, draw, round_down
 DPI = 170
 WIDE = 12.0  # inches of the page
 LEFT, RIGHT, TOP, BOTTOM, BETWEEN, NAME, FOOT = 0.3, 1.35, 0.66, 0.12, 0.14, 0.17, 0.26  # inches
+HEAD, SHORTEST = 0.75, 0.9  # inches above a colour bar for its name, and of the bar at least
 LETTER = 0.075  # inches, the mean width of one in the name of a shot
 TALLEST = 5.2  # inches of a row
 INK, SOFT = "#1d2429", "#5a6670"
@@ -42,7 +43,7 @@ class Shot:
     @property
     def looks(self) -> list[Look]:
         kinds = {body.kind for body in self.bodies}
-        return [look for look, kind in ((self.look, "shell"), (self.wet, "fluid")) if kind in kinds and look is not None]
+        return [look for look, kind in ((self.look, "shell"), (self.wet, "fluid")) if kind in kinds and look is not None and look.label]
 
 
 def length_text(metres: float) -> str:
@@ -86,11 +87,12 @@ def sheet(rows: Sequence[Sequence[Shot]], title: str, subtitle: str, backend: Ba
     above = [0.13 + NAME * max(name.count("\n") + 1 for name in row) for row in names]
     # long titles need room too: about 0.105 inches a letter
     wide = max(max(across) + LEFT + RIGHT, 0.105 * len(title) + 2 * LEFT, 0.068 * len(subtitle) + 2 * LEFT)
-    height = TOP + sum(tall) + sum(above) + FOOT * len(rows) + BETWEEN * (len(rows) - 1) + BOTTOM
     looks: list[Look] = []
     for row in rows:
         for shot in row:
             looks += [look for look in shot.looks if look not in looks]
+    filled = sum(tall) + sum(above) + FOOT * len(rows) + BETWEEN * (len(rows) - 1)
+    height = TOP + max(filled, (HEAD + SHORTEST) * len(looks)) + BOTTOM  # flat bodies leave their bars little room
     with plt.rc_context(plots.STYLE):
         figure = plt.figure(figsize=(wide, height), dpi=dpi)
         figure.text(LEFT / wide, 1 - 0.22 / height, title, fontsize=14, weight="bold", va="center", color=INK)
@@ -119,7 +121,7 @@ def _bars(figure: Figure, looks: Sequence[Look], wide: float, height: float) -> 
         return
     room = (height - TOP - BOTTOM) / len(looks)
     for number, look in enumerate(looks):
-        tall = min(room - 0.75, 2.4)
+        tall = min(room - HEAD, 2.4)
         y = height - TOP - (number + 0.5) * room - tall / 2 - 0.15
         bar = figure.add_axes(((wide - RIGHT + 0.25) / wide, y / height, 0.16 / wide, tall / height))
         colours = ScalarMappable(Normalize(look.low * look.shown, look.high * look.shown), look.colours)

@@ -38,6 +38,11 @@ def applies(run: RunFolder) -> bool:
     return bool(run.of_kind("rigid") or run.of_kind("fluid"))
 
 
+def suffers(run: RunFolder) -> bool:
+    """Whether a shell is what is looked at: struck, or a tank from which water may leak."""
+    return bool(run.of_kind("shell")) and (flight(run) is not None or "leak" in run.histories())
+
+
 def bodies_at(run: RunFolder, index: int) -> list[BodyFrame]:
     return [run.frames(name).body(index) for name in run.bodies()]
 
@@ -76,7 +81,8 @@ def looks_of(runs: Sequence[RunFolder]) -> Looks:
     if max(plastic) > 0:
         shell = Look("plastic", "plastic strain p [-]", PLASTIC, 0.0, _round_up(max(plastic)), 1.0, loose=True)
     else:
-        shell = Look("damage", "damage D [-]", DAMAGE, 0.0, 1.0, 1.0, loose=True)
+        soft = any(shell.material.damage or shell.material.strength for run in runs for shell in run.scene.shells)
+        shell = Look("damage", "damage D [-]" if soft else "", DAMAGE, 0.0, 1.0, 1.0, loose=True)
     top = _round_up(max(max(pressure), 1.0))
     factor, unit = next(((f, u) for f, u in PRESSURES if top * f < 1000), PRESSURES[-1])
     return Looks(
@@ -259,12 +265,19 @@ def _side_view(run: RunFolder) -> np.ndarray:
     return oblique(eye)
 
 
+def _most(body: BodyFrame, turn: np.ndarray) -> np.ndarray:
+    """(2, 3) corners, along the axes of the picture, of a box that holds all but a few particles [m]."""
+    low, high = np.percentile(body.points @ turn.T, [0.2, 99.8], axis=0)
+    radius = 0.5 * float(np.median(body.point_data["diameter"]))
+    return np.array([low - radius, high + radius]) @ turn
+
+
 def free_strip(run: RunFolder, looks: Looks, field: str, backend: Backend, instants: Sequence[int], subtitle: str, dpi: int) -> Figure:
-    """Fluids and rigid bodies without shells at some instants, fluids coloured by "pressure" or "speed"."""
+    """All bodies at some instants where no shell is struck or leaks, fluids coloured by "pressure" or "speed"."""
     look = looks.pressure if field == "pressure" else looks.speed
     turn = _side_view(run)
     everything = [b for i in range(0, len(run.frames().times), max(1, len(run.frames().times) // 12)) for b in bodies_at(run, i)]
-    points = [np.percentile(b.points, [0.2, 99.8], axis=0) if b.kind == "fluid" else b.points for b in everything]
+    points = [_most(b, turn) if b.kind == "fluid" else b.points for b in everything]
     radii = [b.points + s * b.point_data["radius"][:, None] for b in everything if b.kind == "rigid" for s in (-1, 1)]
     view = window(np.concatenate([*points, *radii]), turn)
     shots = [Shot(bodies_at(run, i), view, _when(run, i), looks.shell, look) for i in instants]

@@ -45,7 +45,7 @@ def test_a_whole_study(call, work, study):
     assert {p.name for p in (work / "s").iterdir()} == {"study.json", "summary.json", "pictures", *CASES}
     for case in CASES:
         assert (work / "s" / case / "summary.json").is_file() and not (work / "s" / case / "pictures").exists()
-        assert f"{case}: crack_width none, crack_count 0" in out
+        assert f"{case}: crack width none, crack count 0" in out
     assert "Three of three runs finished; 3 of 3 numbers came out as expected." in out
     assert (work / "s/pictures/comparison.png").stat().st_size > 1000 and "picture: s/pictures/comparison.png" in out
     summary = json.loads((work / "s/summary.json").read_text())
@@ -111,7 +111,7 @@ def test_validate_render_and_results(call, work, study):
     assert call("render", "s")[1] == "s/pictures/comparison.png\n"
     assert call("compare", "s/e2mm", "s/e3mm", "--out", "two.png")[:2] == (0, "two.png\n") and (work / "two.png").is_file()
     code, out, err = call("results", "s")
-    assert (code, err) == (0, "") and "| crack_count_e3mm | 0 | 0 | yes |" in out
+    assert (code, err) == (0, "") and "| crack count e3mm | 0 | 0 | yes |" in out
     assert "![Some plates, third = True](renders/some-draft-third=True.png)" in out
     (work / "README.md").write_text("before\n<!-- results -->\nold\n<!-- /results -->\nafter\n")
     assert call("results", "--out", "README.md")[0] == call("results", "--out", "RESULTS.md")[0] == 0

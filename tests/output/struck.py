@@ -17,6 +17,7 @@ from taichi_sph.output.histories import write_history
 from taichi_sph.output.measures.pattern import cell_centres, node_spacing
 from taichi_sph.output.summary import write_summary
 from taichi_sph.scene import CappedTank, Delay, Disc, Material, Mazars, Numerics, Output, Pinball, Quantity, Rigid, Scene, Shell, dump
+from taichi_sph.scene import Plate as Rectangle
 
 PLATE, PLUG, PETALS, CRACKED = 0.015, 0.00425, 7, 0.009  # m: radii; number of radial cracks
 PLUG_SPEED, BALL, BALL_SPEED, BALL_EXIT, HIT = 310.0, 0.0055, 300.0, 255.0, 5e-6
@@ -305,6 +306,31 @@ def write_dam(folder: Path, spacing: float = 0.02, count: int = 6) -> RunFolder:
         return Frame(t, step, (ball_frame("block", place, place, np.zeros(3), 0.1), BodyFrame("water", points, NO_CELLS, data, {}, "fluid")))
 
     return _write(folder, scene, frame, count, {}, 0.4)
+
+
+def write_pond(folder: Path, spacing: float = 0.02, count: int = 4) -> RunFolder:
+    """Water on an elastic plate: nothing is struck and nothing can leak."""
+    elastic = Material(name="plastic", young=4e8, poisson=0.3, density=4000)
+    plate = Shell(name="plate", surface=Rectangle(length=0.2, width=0.2), thickness=5e-3, material=elastic, motion="free")
+    scene = Scene(
+        name="drawn_pond", title="Plate under water", source="tests", quality="draft", duration=0.2, shells=[plate],
+        numerics=Numerics(spacing=spacing), gravity=(0, 0, -9.81),
+    )  # fmt: skip
+    mesh = generate(plate.surface, scene.numerics)
+    places = [np.arange(0.5 * spacing, size, spacing) for size in (0.2, 0.2, 0.1)]
+    X = np.stack(np.meshgrid(*places, indexing="ij"), axis=-1).reshape(-1, 3)
+    none = np.zeros(len(mesh.cells))
+
+    def frame(t: float, step: int) -> Frame:
+        cell_data = {"damage": none, "broken": none.astype(np.uint8), "rupture_time": none + np.nan, "thickness": none + 5e-3}
+        dry = BodyFrame("plate", mesh.points, mesh.cells, {"reference": mesh.points, "velocity": 0 * mesh.points}, cell_data)
+        data = {
+            "reference": X, "velocity": 0 * X, "pressure": 9810 * (0.1 - X[:, 2]), "density": np.full(len(X), 1000.0),
+            "diameter": np.full(len(X), spacing), "outside": np.zeros(len(X), dtype=np.uint8),
+        }  # fmt: skip
+        return Frame(t, step, (dry, BodyFrame("water", X, NO_CELLS, data, {}, "fluid")))
+
+    return _write(folder, scene, frame, count, {}, 0.2)
 
 
 def _write(folder: Path, scene: Scene, frame, count: int, histories: dict, end: float) -> RunFolder:

@@ -11,7 +11,7 @@ import pytest
 
 from taichi_sph.errors import SceneError
 from taichi_sph.output import results
-from taichi_sph.output.answer import answer, quantity_text
+from taichi_sph.output.answer import answer, in_words, quantity_text
 from taichi_sph.output.folder import RunFolder
 from taichi_sph.output.record import scene_hash, write_record
 from taichi_sph.output.summary import judged
@@ -55,9 +55,27 @@ def test_answer(run: RunFolder) -> None:
     assert text.startswith("Cracked: yes, ")
     assert re.search(r"splits in two, 2\d(\.\d)? mm ahead of it at 2\d(\.\d)? us", text)
     assert "reaches the far edge at 54.2 us" in text
-    assert "edge_arrival: 54.2 us (expected 55 us ± 1 us: met)" in text
+    assert "edge arrival: 54.2 us (expected 55 us ± 1 us: met)" in text
     assert "balance B = -0.13 %, closed residual = +0.02 %" in text
     assert "2.44 M node-steps/s" in text
+
+
+@pytest.mark.parametrize(
+    "name, text",
+    [
+        ("crack_count", "crack count"),
+        ("peak_force_finer", "peak force finer"),
+        ("striker_speed()", "striker speed"),
+        ("striker_speed()_delay-x0.1", "striker speed, delay-x0.1"),
+        ("striker_speed(axis=x, beyond=0.0)_kappa-0", "striker speed where x = 0, kappa-0"),
+        ("history_value(history=rigid_block, column=vz, time=0.0003448275862068965)", "history value of vz in block at 345 us"),
+        ("peak_time(history=probe_centre, column=v_x, start=2.02e-05, end=2.6e-05)_galerkin", "peak time of v x in centre from 20.2 us to 26 us, galerkin"),
+        ("frequency_ratio(mode=1.0, reference=33.52946148)_free_regular", "frequency ratio of mode 1 over 33.53, free regular"),
+        ("surge_speed(axis=x, start=1.43, end=2.96)", "surge speed from 1.43 to 2.96, axis x"),
+    ],
+)
+def test_names_of_quantities_in_words(name: str, text: str) -> None:
+    assert in_words(name) == text
 
 
 def test_answer_without_crack(tmp_path: Path) -> None:
@@ -95,7 +113,7 @@ def test_results(run: RunFolder, tmp_path: Path) -> None:
     assert path.name == "drawn_plate-draft-galerkin.json"
     summaries = results.read_summaries(tmp_path)
     text = results.markdown(summaries.values())
-    assert "| edge_arrival | 54.2 us | 55 us ± 1 us | yes | drawn |" in text
+    assert "| edge arrival | 54.2 us | 55 us ± 1 us | yes | drawn |" in text
     assert "taichi-sph run drawn_plate" in text
     assert results.stale(summaries, lambda s: plate_scene()) == {}
     changed = results.stale(summaries, lambda s: plate_scene(duration=7e-5))

@@ -10,8 +10,9 @@ import pytest
 from PIL import Image
 
 from taichi_sph.output.folder import RunFolder
+from taichi_sph.output.frame import NO_CELLS, BodyFrame
 from taichi_sph.render import backend, panel, pictures, struck
-from taichi_sph.render.sheet import length_text
+from taichi_sph.render.sheet import Shot, length_text, sheet
 
 from ..output import struck as drawn
 
@@ -34,6 +35,7 @@ def runs(tmp_path_factory) -> dict[str, RunFolder]:
         "empty": drawn.write_tank(there / "empty", False, 0.02, count=4),
         "full": drawn.write_tank(there / "full", True, 0.02, 0.03, 4),
         "dam": drawn.write_dam(there / "dam", 0.05, 4),
+        "pond": drawn.write_pond(there / "pond"),
     }
 
 
@@ -44,6 +46,7 @@ def runs(tmp_path_factory) -> dict[str, RunFolder]:
         ("plate", ["impact.png", "impact_over_time.png", "strikers.png", "energies.png"]),
         ("full", ["impact.png", "impact_over_time.png", "strikers.png", "leak.png", "energies.png"]),
         ("dam", ["pressure_over_time.png", "speed_over_time.png", "energies.png"]),
+        ("pond", ["pressure_over_time.png", "speed_over_time.png", "energies.png"]),
     ],
 )
 def test_a_run_gets_all_its_pictures(runs, renderer: str, name: str, expected: list[str]) -> None:
@@ -55,6 +58,31 @@ def test_a_run_gets_all_its_pictures(runs, renderer: str, name: str, expected: l
             pixels = np.asarray(image.convert("RGB"))
         assert (pixels[:3, :3] == 255).all(), "white paper"
         assert len(np.unique(pixels[::9, ::9].reshape(-1, 3), axis=0)) > 20, "something is on it"
+
+
+def test_the_page_holds_all_the_water_and_colours_what_tells_something(runs, monkeypatch) -> None:
+    pages = []
+    monkeypatch.setattr(struck, "sheet", lambda rows, *_: pages.append(rows))
+    run = runs["pond"]
+    struck.free_strip(run, struck.looks_of([run]), "pressure", backend.Backend("matplotlib"), [-1], "", 100)
+    shot = pages[0][0][0]
+    water = next(b for b in shot.bodies if b.kind == "fluid")
+    seen, radius = shot.view.seen(water.points), 0.5 * water.point_data["diameter"][0]
+    inside = [(low + radius <= seen[:, k]) & (seen[:, k] <= high - radius)
+              for k, (low, high) in enumerate([(shot.view.x0, shot.view.x1), (shot.view.y0, shot.view.y1)])]  # fmt: skip
+    assert np.mean(inside[0] & inside[1]) > 0.98
+    assert [look.field for look in shot.looks] == ["pressure"]  # the plate is elastic: it has no colours
+
+
+def test_colour_bars_find_room_beside_flat_bodies() -> None:
+    look = [panel.Look("damage", f"D{k} [-]", panel.DAMAGE, 0.0, 1.0, 1.0) for k in range(3)]
+    flat = panel.View(0.0, 1.0, 0.0, 0.02)
+    none = np.zeros(0)
+    nothing = BodyFrame("shell", np.zeros((0, 3)), NO_CELLS, {"reference": np.zeros((0, 3))}, {"damage": none, "broken": none}, "shell")
+    row = [Shot([nothing], flat, "flat", one) for one in look]
+    figure = sheet([row], "flat", "", backend.Backend("matplotlib"))
+    bars = [a for a in figure.axes if a.get_title(loc="left").startswith("D")]
+    assert len(bars) == 3 and all(a.get_position().height * figure.get_figheight() > 0.85 for a in bars)
 
 
 @pytest.mark.parametrize("renderer", BOTH, indirect=True)
