@@ -98,6 +98,24 @@ class Progress:
             self._pending.append(text)
 
 
+class Pace:
+    """How long the rest of a run takes. The first steps load kernels and tell nothing about it: they are left out."""
+
+    def __init__(self, duration: float) -> None:
+        self.duration = duration
+        self._from: tuple[float, float] | None = None  # s on the clock, and time of the scene
+
+    def left(self, at: float) -> float | None:
+        """Seconds to the end when the scene has come to the time `at`; None before a fiftieth of it was seen, or 20 s."""
+        now = time.monotonic()
+        if self._from is None:
+            self._from = now, at
+        spent, share = now - self._from[0], (at - self._from[1]) / max(self.duration - self._from[1], 1e-300)
+        if share <= 0 or share >= 1 or (share < 0.02 and spent < 20):
+            return None
+        return spent * (1 / share - 1)
+
+
 def progress_line(
     t: float, duration: float, dt: float, rule: str, eta: float | None, energies: dict[str, float], status: dict[str, Any]
 ) -> str:

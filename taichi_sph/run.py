@@ -21,7 +21,7 @@ from typing import Any, Protocol
 from . import speed
 from .errors import RunInterrupted, RunStopped, SceneError
 from .model.plan import Plan, plan
-from .progress import Progress, bytes_text, duration_text, progress_line
+from .progress import Pace, Progress, bytes_text, duration_text, progress_line
 from .scene.schema import Scene
 from .scene.script import dump, load_scene
 from .scene.study import Study
@@ -302,8 +302,7 @@ class _Session:
 
     def _loop(self) -> None:
         sim, duration = self.sim, self.scene.duration
-        began, began_at = clock.monotonic(), sim.time
-        beat_steps = 1
+        beat_steps, pace = 1, Pace(duration)
         self._events()
         while self._now < duration:
             if self.asked:
@@ -319,12 +318,8 @@ class _Session:
             if spent > 0 and sim.step > steps:
                 beat_steps = max(1, min(4 * beat_steps, int((sim.step - steps) / spent * BEAT)))
             self._events()
-            fraction = (sim.time - began_at) / max(duration - began_at, 1e-300)
-            elapsed = clock.monotonic() - began
-            # the first steps load kernels: they tell nothing about the rest
-            eta = elapsed * (1 / fraction - 1) if fraction < 1 and elapsed > 1.0 else None
             self.progress.update(
-                progress_line(sim.time, duration, sim.dt, sim.dt_rule, eta, self.energies, sim.status()),
+                progress_line(sim.time, duration, sim.dt, sim.dt_rule, pace.left(sim.time), self.energies, sim.status()),
                 force=self._now >= duration,
             )
         if self.asked:

@@ -11,6 +11,7 @@ import pytest
 
 from taichi_sph.output.frames import FramesFile
 from taichi_sph.output.histories import read_history
+from taichi_sph.progress import Pace
 from taichi_sph.run import Every
 
 from .conftest import files
@@ -176,3 +177,22 @@ def test_every():
     assert [t for t in (0, 0.5, 1.0) if e.due(t)] == [0, 0.5, 1.0]
     e.skip(2.0)
     assert e.next_time == float("inf") and not Every(0, 1.0).due(1.0)
+
+
+def test_the_first_steps_tell_nothing_about_the_rest(monkeypatch):
+    """A minute for the first step, then a second for each hundredth: 90 s are left at 10 %."""
+    now = [0.0]
+    monkeypatch.setattr("taichi_sph.progress.time.monotonic", lambda: now[0])
+    pace = Pace(1.0)
+    now[0] = 60.0
+    assert pace.left(1e-6) is None
+    now[0] += 1.0
+    assert pace.left(0.01) is None  # too early to say
+    now[0] += 9.0
+    assert pace.left(0.10) == pytest.approx(90.0, rel=1e-3)
+    now[0] += 90.0
+    assert pace.left(1.0) is None
+    slow = Pace(1.0)
+    slow.left(0.0)
+    now[0] += 30.0
+    assert slow.left(0.001) == pytest.approx(30 * 999)
