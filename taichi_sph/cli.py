@@ -1,5 +1,5 @@
 """The command line: `taichi-sph run | resume | validate | render | compare | results | sweep | price | bench | spectrum |
-doctor`, and `main(scene)` for scripts that are run themselves.
+stability | doctor`, and `main(scene)` for scripts that are run themselves.
 
 Whatever a user gives, the answer is a sentence and an exit code: 2 for a bad scene, mesh, checkpoint or
 option, 3 for a run that stopped itself, 130 for an interrupt with checkpoint.
@@ -241,7 +241,7 @@ def price(
     """Turn the knobs of a scene one at a time: error against cost, as a chart, a table and in words."""
     from . import price as pricing
 
-    words = command_line(scene, quality, set_, "price") + "".join(f" --quantity {name}" for name in quantity or ())
+    words = command_line(scene, quality, set_, "price") + "".join(f" --quantity {shlex.quote(name)}" for name in quantity or ())
     words += "" if seeds == 3 else f" --seeds {seeds}"
     words += "" if most == 30.0 else f" --most {most:g}"
     how = {"scheduler": scheduler, "workers": workers, "arch": arch, "threads": threads, "patience": patience, "record": record}
@@ -279,6 +279,17 @@ def spectrum(
     from . import spectrum as measuring
 
     measuring.main(_scene(scene, None, set_), cells, count, picture)
+
+
+@app.command()
+def stability(
+    only: Annotated[list[str] | None, typer.Option("--only", metavar="KNOB", help="This knob alone, e.g. 'e/D'; may be repeated.")] = None,
+    record: Annotated[bool, typer.Option("--record", help="Keep in benchmarks/stability.json, draw renders/stability.png.")] = False,
+) -> None:
+    """Map where runs hold: for each knob the range, by bisection, beside what is predicted. Some ten minutes."""
+    from . import stability as measuring
+
+    measuring.main(only or (), record)
 
 
 @app.command()

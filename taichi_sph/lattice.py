@@ -216,6 +216,15 @@ def continuum(stretch: float, k: np.ndarray, poisson: float = POISSON) -> np.nda
     return np.linalg.eigvalsh(K)
 
 
+def least_stretch(poisson: float = POISSON) -> float:
+    """Below it the continuum itself gives way (its law is no longer elliptic) along one of DIRECTIONS."""
+    low, high = 0.1, 1.0
+    while high - low > 1e-6:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if continuum(middle, DIRECTIONS, poisson).min() < 0 else (low, middle)
+    return high
+
+
 @dataclass(frozen=True)
 class Domain:
     """worst (stretches, waves): the least omega^2 / (G k^2) over the directions and both polarisations, 1 for the shear wave
