@@ -121,8 +121,8 @@ def validate(
             typer.echo(f"  {line}")
     path = _find(scene)
     if path.suffix == ".py":
-        options = [f"{k} = {p.default}" for k, p in parameters_of(path).items()]
-        typer.echo(f"  options: {', '.join(options)}" if options else "  no options")
+        names = [name for name in parameters_of(path) if name != "quality"]  # their values stand in the first line
+        typer.echo(f"  --set takes {', '.join([*names, 'any key such as numerics.spacing'])}")
     typer.echo("valid")
 
 

@@ -14,6 +14,7 @@ from taichi_sph.output.histories import read_history
 from taichi_sph.progress import Pace
 from taichi_sph.run import Every
 
+from ..scene.examples import GOOD
 from .conftest import files
 
 QUIET = ("--no-pictures",)
@@ -196,3 +197,14 @@ def test_the_first_steps_tell_nothing_about_the_rest(monkeypatch):
     slow.left(0.0)
     now[0] += 30.0
     assert slow.left(0.001) == pytest.approx(30 * 999)
+
+
+def test_validate_tells_the_values_that_will_be_run_and_no_others(call, work, fake):
+    (work / "some.py").write_text(
+        "from taichi_sph.scene import load\n\n\ndef scene(quality='draft', width: float = 20.0, kind: str = 'plain'):\n"
+        "    return load('small.json').model_copy(update={'name': 'some'})\n"
+    )
+    (work / "small.json").write_text(json.dumps(GOOD))
+    code, out, err = call("validate", "some.py", "--set", "width=7")
+    assert (code, err) == (0, "") and "width = 7, kind = plain" in out.splitlines()[0]
+    assert "--set takes width, kind, any key such as numerics.spacing" in out and "20" not in out.partition("takes")[2]
