@@ -228,6 +228,7 @@ def price(
     quality: QualityOption = None,
     set_: SetOption = None,
     quantity: Annotated[list[str] | None, typer.Option("--quantity", help="What the error is of; may be repeated. Default: those with a target.")] = None,
+    also: Annotated[list[str] | None, typer.Option("--also", metavar="KEY=VALUE,...", help="A point with several settings at once; may be repeated.")] = None,
     seeds: Annotated[int, typer.Option("--seeds", min=0, help="Runs with moved nodes, of scenes that break.")] = 3,
     most: Annotated[float, typer.Option("--most", min=1, help="Leave out what costs more than that many times the scene as it is.")] = 30.0,
     out: Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Default: runs/<scene>-price.")] = None,
@@ -242,10 +243,11 @@ def price(
     from . import price as pricing
 
     words = command_line(scene, quality, set_, "price") + "".join(f" --quantity {shlex.quote(name)}" for name in quantity or ())
+    words += "".join(f" --also {shlex.quote(text)}" for text in also or ())
     words += "" if seeds == 3 else f" --seeds {seeds}"
     words += "" if most == 30.0 else f" --most {most:g}"
     how = {"scheduler": scheduler, "workers": workers, "arch": arch, "threads": threads, "patience": patience, "record": record}
-    asked = {"quantities": quantity or (), "seeds": seeds, "most": most}
+    asked = {"quantities": quantity or (), "also": also or (), "seeds": seeds, "most": most}
     pricing.main(_find(scene), settings(quality, set_), out, **asked, **how, command=words)
 
 

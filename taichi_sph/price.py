@@ -122,6 +122,20 @@ def _of_the_material(shell) -> dict[str, Settings]:
     return found
 
 
+def together(path: Path, scene: Scene, texts: Sequence[str]) -> dict[str, Settings]:
+    """name -> settings of points that turn several knobs: ['spacing=5mm,precision=f32']."""
+    found = {}
+    for text in texts:
+        settings = {}
+        for part in sweep.parts(text):
+            name, equals, value = part.partition("=")
+            if not equals or not name.strip() or not value.strip():
+                raise SceneError(f"--also '{text}' is not of the form key=value,key=value")
+            settings[sweep.setting_of(path, scene, name.strip())] = value.strip()
+        found[sweep.words(settings)] = settings
+    return found
+
+
 # --- what the runs found ----------------------------------------------------------------------------
 
 
@@ -354,6 +368,7 @@ def main(
     out: Path | None,
     *,
     quantities: Sequence[str] = (),
+    also: Sequence[str] = (),
     seeds: int = 3,
     most: float = 30.0,
     scheduler: str | None = None,
@@ -364,7 +379,8 @@ def main(
     record: bool = False,
     command: str = "",
 ) -> Path:
-    """Runs the knobs of a scene and writes price.json, price.md, price.png and results.csv. most: points estimated to cost
+    """Runs the knobs of a scene and writes price.json, price.md, price.png and results.csv. also: points with several knobs
+    turned. most: points estimated to cost
     more than that many times the scene as it is are left out, and named. record: copy to benchmarks/price and renders."""
     from .output.folder import write_json
     from .output.record import commit, machine
@@ -377,7 +393,7 @@ def main(
     running.check_out(out, 1_000_000, sweep.MARK)
     progress = Progress()
     threads = threads or max((os.cpu_count() or 1) // workers, 1)
-    chosen, left_out = _affordable(path, base, knobs(scene, options), most)
+    chosen, left_out = _affordable(path, base, knobs(scene, options) | together(path, scene, also), most)
     progress.say(f"{scene.title} ({scene.name}, {scene.quality}): {len(chosen)} points, {workers} at a time")
     for name, why in left_out.items():
         progress.say(f"left out: {name}, {why}")

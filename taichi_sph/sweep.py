@@ -65,7 +65,7 @@ def varied(path: Path, found: Scene | Study, pairs: Sequence[str]) -> dict[str, 
     design: dict[str, list[str]] = {}
     for pair in pairs:
         name, equals, text = pair.partition("=")
-        values = [value.strip() for value in _parts(text)]
+        values = [value.strip() for value in parts(text)]
         if not equals or not name.strip() or not all(values):
             raise SceneError(f"--vary '{pair}' is not of the form key=value,value")
         key = setting_of(path, found, name.strip())
@@ -77,7 +77,8 @@ def varied(path: Path, found: Scene | Study, pairs: Sequence[str]) -> dict[str, 
     return design
 
 
-def _parts(text: str) -> Iterator[str]:
+def parts(text: str) -> Iterator[str]:
+    """What stands between commas outside brackets."""
     depth, start = 0, 0
     for i, letter in enumerate(text):
         depth += (letter in "[{") - (letter in "]}")

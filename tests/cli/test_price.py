@@ -71,6 +71,18 @@ def test_every_knob_of_a_struck_metal_plate():
             scene.derive(**settings), name  # every one is a valid scene
 
 
+def test_knobs_turned_together():
+    from pathlib import Path
+
+    path = Path(__file__).parents[2] / "scenes" / "plate_perforation.py"
+    scene = load_scene(path)
+    found = price.together(path, scene, ["quality=standard, spacing=0.4mm", "support=1"])
+    assert list(found.values()) == [{"quality": "standard", "numerics.spacing": "0.4mm"}, {"numerics.formulation.support": "1"}]
+    assert list(found)[0] == "quality = standard, spacing = 0.4mm"
+    with pytest.raises(SceneError, match="--also 'support' is not of the form key=value,key=value"):
+        price.together(path, scene, ["support"])
+
+
 @pytest.mark.parametrize("order", [1.0, 1.7, 3.0])
 @pytest.mark.long
 def test_richardson_finds_the_limit_and_the_order(order):
