@@ -344,19 +344,29 @@ def _other(p: Mapping[str, Any], counts: Sequence[str]) -> str:
 
 
 def recorded(scene: Scene | Study, scene_hash: str) -> list[str]:
-    """What `validate` says of a scene whose price is recorded: its measured error and cost, or nothing."""
+    """What `validate` says of the price of a scene: its measured error and cost, and the points that the rule chooses."""
     path = FOLDER / f"{scene.name}.json"
-    if isinstance(scene, Study) or not path.is_file():
+    if isinstance(scene, Study) or not scene.quantities:
         return []
+    if not path.is_file():
+        return [f"measured: not yet; taichi-sph price {scene.name} tells what accuracy costs"]
     record = json.loads(path.read_text(encoding="utf-8"))
-    same = [p for p in record["points"] if p["scene_hash"] == scene_hash and p["status"] == "done"]
-    if not same:
-        return [f"measured: not with these settings; {path} holds {len(record['points'])} others"]
-    p = same[0]
-    chosen = [q for q, name in record["qualities"].items() if name == p["name"]]
-    error = f"error {_error_words(p)} of {' and '.join(record['references'])}" if p["error"] is not None else "another answer than expected"
-    text = f"measured: {error}, {_cost(p)}, {bytes_text(p['bytes'])} ({path})"
-    return [text, *(f"measured: by the rule this is the {q} point" for q in chosen)]
+    points = {p["name"]: p for p in record["points"]}
+    same = [p for p in points.values() if p["scene_hash"] == scene_hash and p["status"] == "done"]
+    said = [] if same else [f"measured: not with these settings; {path} holds {len(points)} others"]
+    for p in same[:1]:
+        error = f"error {_error_words(p)} of {' and '.join(record['references'])}" if p["error"] is not None else "another answer than expected"
+        said.append(f"measured: {error}, {_cost(p)}, {bytes_text(p['bytes'])} ({path})")
+    for quality in ("draft", "standard", "paper"):
+        if quality in record["qualities"]:
+            p = points[record["qualities"][quality]]
+            said.append(f"by the rule {quality} is: {p['name']}, error {_error_words(p)}, {_cost(p)}{_set(p['settings'])}")
+    return said
+
+
+def _set(settings: Mapping[str, Any]) -> str:
+    """How to ask for settings."""
+    return "".join(f" --set {key}={value if isinstance(value, str) else json.dumps(value)}" for key, value in settings.items())
 
 
 # --- the command ------------------------------------------------------------------------------------
