@@ -1,4 +1,4 @@
-"""Sums whose value does not depend on the number of threads: fixed blocks, then NumPy over the blocks."""
+"""Sums and largest values that do not depend on the number of threads: fixed blocks, then NumPy over the blocks."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ BLOCK = 2048
 
 @ti.data_oriented
 class Reducer:
-    """Scratch for sums over up to `n` entries."""
+    """Scratch for up to `n` entries."""
 
     def __init__(self, n: int):
         self.blocks = max(1, -(-n // BLOCK))
@@ -23,6 +23,13 @@ class Reducer:
         return float(np.sum(runtime.get(self.partial, used)))
 
 
+    def largest(self, vectors, n: int) -> float:
+        """Largest norm of the first n entries of a vector field; infinite where one is no number."""
+        used = max(1, -(-n // BLOCK))
+        _block_tops(self.partial, vectors, n, used)
+        return float(runtime.get(self.partial, used).max())
+
+
 @ti.kernel
 def _block_sums(partial: ti.template(), values: ti.template(), n: ti.i32, blocks: ti.i32):
     for b in range(blocks):
@@ -30,3 +37,17 @@ def _block_sums(partial: ti.template(), values: ti.template(), n: ti.i32, blocks
         for i in range(b * BLOCK, ti.min(n, (b + 1) * BLOCK)):
             s += ti.cast(values[i], ti.f64)
         partial[b] = s
+
+
+@ti.kernel
+def _block_tops(partial: ti.template(), vectors: ti.template(), n: ti.i32, blocks: ti.i32):
+    for b in range(blocks):
+        top = ti.cast(0.0, ti.f64)
+        for i in range(b * BLOCK, ti.min(n, (b + 1) * BLOCK)):
+            v = ti.cast(vectors[i].norm(), ti.f64)
+            if not (v <= top):  # also true for nan
+                top = v
+                if not (v < ti.math.inf):
+                    top = ti.math.inf
+                    break
+        partial[b] = top

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 MAX_NODES = 50_000_000
 MAX_STEPS = 20_000_000
+TIMELESS = ("static", "modes", "limit")  # what a scene may ask for instead of a motion
 
 
 def material(m: "Material") -> None:
@@ -109,7 +110,7 @@ def scene(s: "Scene") -> None:
         )
     if getattr(s.numerics.formulation, "selective_shear", False) and any(x.material.damage or x.material.strength for x in s.shells):
         raise ValueError("numerics.formulation.selective_shear knows no damage and no strength of the nodes' shear; leave one of them out")
-    kinds = [key for key in ("static", "modes", "limit") if getattr(s, key) is not None]
+    kinds = [key for key in TIMELESS if getattr(s, key) is not None]
     if len(kinds) > 1:
         raise ValueError(f"{kinds[0]} and {kinds[1]} are both set: a scene asks for one of them")
     if s.static is not None:
@@ -150,9 +151,7 @@ def _rigids(s: "Scene") -> None:
     for number, shell in enumerate(s.shells):
         if shell.motion == "in_plane":
             raise ValueError(f"rigids: shell '{shell.name}' moves in its plane and cannot be hit; give it motion = 'free'")
-    for key in ("static", "modes", "limit"):
-        if getattr(s, key) is not None:
-            raise ValueError(f"{key}: rigid bodies move in time; leave out {key} or rigids")
+    _in_time(s, "rigid bodies move", "rigids")
 
 
 def _contact(s: "Scene") -> None:
@@ -161,9 +160,8 @@ def _contact(s: "Scene") -> None:
     for number, shell in enumerate(s.shells):
         if shell.self_contact and shell.motion == "in_plane":
             raise ValueError(f"shells[{number}].self_contact: shell '{shell.name}' moves in its plane; give it motion = 'free'")
-    for key in ("static", "modes", "limit"):
-        if own and getattr(s, key) is not None:
-            raise ValueError(f"{key}: contact moves in time; leave out {key} or self_contact")
+    if own:
+        _in_time(s, "contact moves", "self_contact")
     if s.numerics.contact is not None and not (own or s.rigids or (s.fluids and s.shells)):
         raise ValueError("numerics.contact: no two bodies of this scene can meet; leave it out")
 
@@ -186,9 +184,14 @@ def _fluids(s: "Scene") -> None:
     for number, shell in enumerate(s.shells):
         if shell.motion == "in_plane":
             raise ValueError(f"fluids: shell '{shell.name}' moves in its plane and cannot hold a fluid; give it motion = 'free'")
-    for key in ("static", "modes", "limit"):
+    _in_time(s, "a fluid moves", "fluids")
+
+
+def _in_time(s: "Scene", what: str, cause: str) -> None:
+    """A scene with something that only moves in time."""
+    for key in TIMELESS:
         if getattr(s, key) is not None:
-            raise ValueError(f"{key}: a fluid moves in time; leave out {key} or fluids")
+            raise ValueError(f"{key}: {what} in time; leave out {key} or {cause}")
 
 
 def _still(s: "Scene", key: str, why: str) -> None:

@@ -4,7 +4,6 @@ import numpy as np
 
 from .. import runtime
 from ..errors import RunStopped
-from ..runtime import ti
 
 FASTEST = 3.0  # speed of a fluid over that of sound in it
 
@@ -17,8 +16,6 @@ class Watchdog:
         self.nothing = 1e-12  # J
         if sim.shell is None:
             return
-        self.blocks = max(1, -(-sim.nodes.n // 4096))
-        self.worst = runtime.new("watchdog.speed", self.blocks, dtype="f64")
         material = sim.shell.material
         # energy of a strain of the size of rounding: where nothing has been given yet, so much is nothing
         rounding = 1e-6 if sim.scene.numerics.precision == "f32" else 1e-12
@@ -46,15 +43,11 @@ class Watchdog:
             )
 
     def _look_at_shell(self, entries: dict[str, float]) -> None:
-        sim = self.sim
-        _fastest(self.worst, sim.nodes, sim.nodes.n, self.blocks)
-        speed = runtime.get(self.worst, self.blocks)
-        if not np.all(np.isfinite(speed)) or speed.max() > self.sound:
-            v = np.linalg.norm(runtime.get(sim.nodes.v, sim.nodes.n).astype(float), axis=1)
-            i = int(np.argmax(np.where(np.isfinite(v), v, np.inf)))
-            place = ", ".join(f"{1e3 * x:.4g}" for x in runtime.get(sim.nodes.X, sim.nodes.n)[i])
+        sim, nodes = self.sim, self.sim.nodes
+        if sim.ledger.reducer.largest(nodes.v, nodes.n) > self.sound:
+            i, moves = _fastest(nodes.v, nodes.X, nodes.n)
             raise RunStopped(
-                f"shell '{sim.shell.name}': node {i} at ({place}) mm moves at {v[i]:.3g} m/s at t = {sim.time:.6g} s,"
+                f"shell '{sim.shell.name}': node {i} {moves} at t = {sim.time:.6g} s,"
                 f" beyond the sound speed {self.sound:.4g} m/s; the time step is likely too long or the load too"
                 " violent for this spacing: lower numerics.time_step_safety or the load"
             )
@@ -65,13 +58,11 @@ class Watchdog:
         speed, limit = fluid.fastest(), FASTEST * fluid.water.sound
         if speed <= limit:
             return
-        v = np.linalg.norm(runtime.get(fluid.p.v, fluid.p.n).astype(float), axis=1)
-        i = int(np.argmax(np.where(np.isfinite(v), v, np.inf)))
-        place = ", ".join(f"{1e3 * x:.4g}" for x in runtime.get(fluid.p.x, fluid.p.n)[i])
+        i, moves = _fastest(fluid.p.v, fluid.p.x, fluid.p.n)
         raise RunStopped(
-            f"fluid '{fluid.name}': particle {runtime.get(fluid.p.id, fluid.p.n)[i]} at ({place}) mm moves at {v[i]:.3g} m/s at"
-            f" t = {sim.time:.6g} s, beyond {FASTEST:g} times the sound speed {fluid.water.sound:g} m/s; the impact is likely too violent for"
-            " this law of state, or sound was slowed too far: raise water.sound or alpha, or lower numerics.time_step_safety"
+            f"fluid '{fluid.name}': particle {runtime.get(fluid.p.id, fluid.p.n)[i]} {moves} at t = {sim.time:.6g} s,"
+            f" beyond {FASTEST:g} times the sound speed {fluid.water.sound:g} m/s; the impact is likely too violent for this law of"
+            " state, or sound was slowed too far: raise water.sound or alpha, or lower numerics.time_step_safety"
         )
 
     def _look_at_rigids(self) -> None:
@@ -84,15 +75,10 @@ class Watchdog:
             )
 
 
-@ti.kernel
-def _fastest(worst: ti.template(), nodes: ti.template(), n: ti.i32, blocks: ti.i32):
-    for b in range(blocks):
-        w = ti.cast(0.0, ti.f64)
-        for i in range(b * 4096, ti.min(n, (b + 1) * 4096)):
-            v = ti.cast(nodes.v[i].norm(), ti.f64)
-            if not (v <= w):  # also true for nan
-                w = v
-                if not (v < ti.math.inf):
-                    w = ti.math.inf
-                    break
-        worst[b] = w
+
+def _fastest(velocities, places, n: int) -> tuple[int, str]:
+    """The number of the fastest of n points (of the first that is no number), and where and how fast it moves."""
+    v = np.linalg.norm(runtime.get(velocities, n).astype(float), axis=1)
+    i = int(np.argmax(np.where(np.isfinite(v), v, np.inf)))
+    place = ", ".join(f"{1e3 * x:.4g}" for x in runtime.get(places, n)[i])
+    return i, f"at ({place}) mm moves at {v[i]:.3g} m/s"
