@@ -7,7 +7,7 @@ import pytest
 
 from taichi_sph import runtime
 from taichi_sph.runtime import ti
-from taichi_sph.scene import Material, Mazars, Numerics, Perfect, Pinball, Plate, Rigid, Scene, Shell
+from taichi_sph.scene import Fluid, FluidBox, Material, Mazars, Numerics, Perfect, Pinball, Plate, Rigid, Scene, Shell, Water
 from taichi_sph.scene.schema import Collocation
 from taichi_sph.scene.script import load_scene
 from taichi_sph.solver.simulation import Simulation
@@ -105,6 +105,13 @@ def test_flat_scenes_of_the_library(name):
     fields, kernels, _ = stepped(load_scene(SCENES / f"{name}.py", options))
     assert not fields & (BENDING | PLASTIC) and not heads(fields) & {"contact", "rigid", "water", "relax"}
     assert not [k for k in kernels if any(k.startswith(prefix) for prefix in NEVER_FLAT)]
+
+
+def test_water_alone_has_nothing_of_a_shell():
+    pool = Fluid(name="pool", fill=FluidBox(lo=(0, 0, 0), hi=(0.05, 0.05, 0.05)), water=Water(sound=20))
+    fields, kernels, _ = stepped(Scene(name="pool", title="A pool", source="tests", duration=0.1, fluids=[pool], numerics=Numerics(spacing=0.01)))
+    assert not heads(fields) & {"nodes", "cells", "edges", "galerkin", "material", "contact", "rigid", "relax"}, heads(fields)
+    assert not [k for k in kernels if k.startswith(("forces.galerkin", "forces.metal", "forces.stress", "contact.", "model.rigid", "solver.step", "solver.rupture"))]
 
 
 STEP = {f"forces.galerkin.{name}" for name in ("_row_values", "_cell_forces", "_edge_forces", "_node_forces")} | {"solver.step._kick_and_drift"}
