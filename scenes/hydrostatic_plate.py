@@ -70,7 +70,7 @@ def scene(quality: Quality = "draft") -> Scene:
         output=Output(frames=40, samples=800, probes=[Probe(name="centre", shell="plate", point=(0, 0, 0))]),
         quantities=[
             Quantity(
-                name="history_mean", value=-DEFLECTION, tolerance=0.03 * DEFLECTION, source="Kirchhoff, clamped square",
+                name="history_mean", unit="m", value=-DEFLECTION, tolerance=0.03 * DEFLECTION, source="Kirchhoff, clamped square",
                 options={"history": "probe_centre", "column": "u_z", "start": 0.5 * duration},
             ),
         ],
