@@ -2,7 +2,7 @@
 
 Cost: processor seconds of the time loop, of which other programs on the machine take no part, and free of the machine
 node-steps and bytes of fields. Points are compared by processor seconds; where the scene as it is takes less than LEAST of
-them, loading the kernels is most of it, and node-steps compare. Error of a point: the largest over the judged quantities of
+them, loading and compiling the kernels is much of it, and node-steps compare. Error of a point: the largest over the judged quantities of
 
     |value - reference| / |reference|
 
@@ -44,7 +44,7 @@ BASE, THESIS, PAPER = "as it is", "thesis", "quality paper"
 THESIS_POINTS = {THESIS: "collocation, its spacing", PAPER: "its spacing, in galerkin"}
 PHYSICS = "delay"  # the beginning of what changes the material: shown, but no way to buy accuracy
 MOVED = 0.05  # spacings: how far the nodes of a perturbed run are moved
-LEAST = 2.0  # processor seconds
+LEAST = 10.0  # processor seconds
 ROUNDS = 3  # of perturbed runs: a new front may hold points that were not perturbed yet
 DRAFT_ERROR = 0.10
 QUALITY_RULE = (
@@ -309,7 +309,7 @@ def _thesis(thesis: Mapping[str, Any], chosen: Sequence[Mapping[str, Any]], whic
     if thesis["status"] != "done":
         return [f"The thesis's own settings ({which}) find no answer: {thesis['sentence']}"]
     line = f"The thesis's own settings ({which}): error {_error_words(thesis)} for {_cost(thesis)}."
-    limit = math.inf if thesis["error"] is None else thesis["error"]
+    limit = math.inf if thesis["error"] is None else max(thesis["error"], *(thesis.get("spread") or (0.0,)))  # within its spread is no more
     better = [p for p in chosen if p["error"] <= limit and p["cost"] <= thesis["cost"] / 2]
     if not better:
         return [line, "No point is twice as fast as they are with no more error."]

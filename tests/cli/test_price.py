@@ -172,6 +172,8 @@ def test_words():
     thesis = several()
     thesis[-1] = point(price.THESIS, 1.001, 1.5)
     assert "No point is twice as fast as they are with no more error." in price.sentences(record(*thesis))
+    thesis[-1] = point(price.THESIS, 1.015, 30) | {"spread": [0.01, 0.025], "runs": 3}  # 2 % is within its spread
+    assert "With no more error: as it is, error 2 %, 3 times as fast." in price.sentences(record(*thesis))
     metal = record(*several()[:-1], point(price.PAPER, 1.05, 30)) | {"thesis": price.PAPER}  # the strong form has no metal
     assert "The thesis's own settings (its spacing, in galerkin): error 5 % for 30" in " ".join(price.sentences(metal))
     text = price.table(record(*several()))
