@@ -6,6 +6,8 @@
 `case` = "indenter": a block is pushed into the column by a blow: while sound has not come back from the bottom it slows down as
     v = v_0 exp(-rho c A t / m).
 
+They are tests of contact by pinballs alone, as in T 3.3: the faces of the block are rows of balls.
+
     python scenes/water_column.py --quality draft --set case=piston --out DIR
 """
 
@@ -39,6 +41,7 @@ def scene(quality: Quality = "draft", case: Literal["hammer", "piston", "indente
         velocity=(0, 0, -velocity if case == "hammer" else 0.0),
         water=Water(density=DENSITY, sound=SOUND, tension=None if case == "piston" else 0.0),
         hydrostatic=False,
+        contact="pinballs",
         **({"alpha": 0.5, "beta": 1.0} if case == "hammer" else {"alpha": 0.02}),
     )
     normals = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0))

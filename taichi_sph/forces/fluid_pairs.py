@@ -121,48 +121,41 @@ def _act(
             div, spread, power = div + one[3], spread + one[4], power + one[5]
             if ti.static(t.wets):
                 if ti.min(a[3], b[3]) < 0.0:
-                    more = y * 0.0
-                    if a[3] < 0.0:
-                        own = _along(t.wet.side[i], y)
-                        more += p * own
-                        div -= one[6] * w.dot(own)
-                    if b[3] < 0.0:
-                        more += b[7] * _along(t.wet.side[near[m]], y)
+                    more, closing = _weighed(t, i, near[m], a, b, y, w, ti.Vector([-1, -1, -1]), 0)
+                    div -= one[6] * closing
                     f0, f1, f2 = f0 - one[6] * more[0], f1 - one[6] * more[1], f2 - one[6] * more[2]
         if ti.static(t.walls.n > 0):
             # the walls within reach, three at most, and the images in them and in two or three of them
-            found = ti.Vector([-1, -1, -1])
-            count = 0
-            for k in range(t.walls.n):
-                if count < 3 and t.walls.height(k, t.p.x[i]) * inverse_0 < 1.0 and t.walls.share(k, t.p.x[i], 2.0 * spacing) > 0.0:
-                    found[count] = k
-                    count += 1
+            found, count = t.walls.near(t.p.x[i], 1.0 / inverse_0, 2.0 * spacing)
             for image in range(1, 1 << count):
                 for m in range(first, first + t.near.number[i]):
                     j = near[m]
                     b = t.p.pair[j]
-                    y, w = ti.Vector([b[0], b[1], b[2]]), ti.Vector([b[4], b[5], b[6]])
+                    y = x - t.walls.mirrored(found, image, ti.Vector([b[0], b[1], b[2]]), t.origin)
+                    w = v - t.walls.turned(found, image, ti.Vector([b[4], b[5], b[6]]))
                     whole = D * 0.0 + 1.0
                     for c in ti.static(range(3)):
                         if (image >> c) & 1:
                             k = found[c]
-                            normal = ti.cast(t.walls.normal[k], float)
-                            y -= 2.0 * (y.dot(normal) - ti.cast((t.walls.point[k] - origin).dot(t.walls.normal[k]), float)) * normal
-                            w -= 2.0 * w.dot(normal) * normal
                             if t.walls.radius[k] > 0.0:  # i as j, so that forces and rates stay each other's transpose
                                 shares = t.walls.share(k, t.p.x[i], 2.0 * spacing) * t.walls.share(k, t.p.x[j], 2.0 * spacing)
                                 whole *= ti.cast(shares, float)
                     if whole > 0.0:
-                        one = _pair(x - y, v - w, D, p, ti.abs(b[3]), b[7], g * 0.0, half_by_spacing, inverse_0, linear, quadratic, eps2)
+                        one = _pair(y, w, D, p, ti.abs(b[3]), b[7], g * 0.0, half_by_spacing, inverse_0, linear, quadratic, eps2)
                         f0, f1, f2 = f0 + whole * one[0], f1 + whole * one[1], f2 + whole * one[2]
                         div, power = div + whole * one[3], power + whole * one[5]
+                        if ti.static(t.wets):
+                            if ti.min(a[3], b[3]) < 0.0:
+                                more, closing = _weighed(t, i, j, a, b, y, w, found, image)
+                                f0, f1, f2 = f0 - whole * one[6] * more[0], f1 - whole * one[6] * more[1], f2 - whole * one[6] * more[2]
+                                div -= whole * one[6] * closing
         V = D * D * D
         if ti.static(t.wets):
-            w, heavy, approach = weights(t, touch, i, x, v, D, inverse_0 * spacing / D)
+            w, approach = weights(t, touch, i, x, v, D, inverse_0 * spacing / D)
             mu = 2.0 / D * ti.min(approach, 0.0) / ti.max(w.norm(), 1e-30)  # against its image at D/2 behind the surface
             viscous = mu * (quadratic * mu - linear)
             stress = 2.0 * p + viscous
-            f0, f1, f2 = f0 + stress * w[0] + heavy[0], f1 + stress * w[1] + heavy[1], f2 + stress * w[2] + heavy[2]
+            f0, f1, f2 = f0 + stress * w[0], f1 + stress * w[1], f2 + stress * w[2]
             div += 2.0 * approach
             power -= 2.0 * viscous * approach
             t.wet.stress[i] = V * stress
@@ -186,22 +179,45 @@ def _act(
 
 
 @ti.func
-def weights(t: ti.template(), touch: ti.template(), i, x, v, D, inverse):
-    """What surfaces do to particle i (wetted.py): w, the weight on it, sum of w_k . (v - v_k)."""
-    all_w, heavy, closing = x * 0.0, x * 0.0, D * 0.0
-    for e in range(t.wet.start[i], t.wet.start[i + 1]):
-        k = touch[e]
-        w, r = t.wet.facet(k, x, D, inverse)
-        if k >= t.wet.ns:
-            w *= t.wet.share[i]
-        all_w += w
-        heavy -= ti.cast(t.wet.heavy, float).dot(r) * w
-        closing += w.dot(v - ti.Vector([t.wet.record[k][6], t.wet.record[k][7], t.wet.record[k][8]]))
-    return all_w, heavy, closing
+def _weighed(t: ti.template(), i, j, a: ti.template(), b: ti.template(), y, w, found, image):
+    """What T of wetted.py adds to the force of neighbour j, or its image, on i, and to its divergence, over G."""
+    force, closing = y * 0.0, y[0] * 0.0
+    if a[3] < 0.0:
+        own = along(t.wet.side[i], y)
+        force += a[7] * own
+        closing += w.dot(own)
+    if b[3] < 0.0:
+        # as the image has it: its normal is reflected
+        felt = y
+        if ti.static(t.walls.n > 0):
+            felt = t.walls.turned(found, image, y)
+        felt = along(t.wet.side[j], felt)
+        if ti.static(t.walls.n > 0):
+            felt = t.walls.turned(found, image, felt)
+        force += b[7] * felt
+    return force, closing
 
 
 @ti.func
-def _along(side: ti.template(), x):
+def weights(t: ti.template(), touch: ti.template(), i, x, v, D, inverse):
+    """What surfaces, and their images in walls, do to particle i (wetted.py): w and sum of w_k . (v - v_k)."""
+    all_w, closing = x * 0.0, D * 0.0
+    if t.wet.start[i + 1] > t.wet.start[i]:
+        found, count = t.wet.images(i, inverse)
+        for image in range(0, 1 << count):
+            seen, moving = t.wet.seen(found, image, x), t.wet.reflected(found, image, v)
+            for e in range(t.wet.start[i], t.wet.start[i + 1]):
+                k = touch[e]
+                w = t.wet.facet(k, seen, D, inverse)
+                if k >= t.wet.ns:
+                    w *= t.wet.share[i]
+                closing += w.dot(moving - ti.Vector([t.wet.record[k][6], t.wet.record[k][7], t.wet.record[k][8]]))
+                all_w += t.wet.reflected(found, image, w)
+    return all_w, closing
+
+
+@ti.func
+def along(side: ti.template(), x):
     """(T - 1) x of wetted.py."""
     n = ti.Vector([side[0], side[1], side[2]])
     return side[3] * (x - x.dot(n) * n)

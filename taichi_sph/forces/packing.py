@@ -2,9 +2,9 @@
 
 A lattice in a round vessel is uneven along the wall; under load it would pack, and the level sink. Here each particle follows
 
-    b_i = sum_j V_j grad_i W_ij - w_i,      x_i <- x_i - RATE D^2 b_i, by D/20 at most,
+    b_i = 1/2 sum_j V_j (T_i + T_j) grad_i W_ij - w_i,      x_i <- x_i - RATE D^2 b_i, by D/20 at most,
 
-the force of a uniform pressure with its sign (as the transport velocity of Adami et al. 2013), w_i that of wetted.py. Below a free level nothing moves along
+the force of a uniform pressure with its sign (as the transport velocity of Adami et al. 2013), T_i and w_i those of wetted.py. Below a free level nothing moves along
 the axis, for there b is not zero.
 """
 
@@ -13,7 +13,7 @@ import numpy as np
 from .. import runtime
 from ..numerics.kernel import w2_slope
 from ..runtime import ti
-from .fluid_pairs import weights
+from .fluid_pairs import along, weights
 
 RATE, FARTHEST = 0.25, 0.05  # of D^2 b, of D
 ENOUGH, MOST = 4e-3, 40  # of D: the largest move of a round that is small enough; rounds at most
@@ -52,8 +52,13 @@ def _move(
         for m in range(i * width, i * width + t.near.number[i]):
             j = near[m]
             y = x - ti.Vector([t.p.pair[j][0], t.p.pair[j][1], t.p.pair[j][2]])
-            b += D * D * D * w2_slope(y.norm(), inverse_0) * y
-        w, heavy, closing = weights(t, touch, i, x, x * 0.0, D, inverse_0)
+            felt = y
+            if a[3] < 0.0:
+                felt += 0.5 * along(t.wet.side[i], y)
+            if t.p.pair[j][3] < 0.0:
+                felt += 0.5 * along(t.wet.side[j], y)
+            b += D * D * D * w2_slope(y.norm(), inverse_0) * felt
+        w, closing = weights(t, touch, i, x, x * 0.0, D, inverse_0)
         shift = ti.cast(-RATE * D * D * (b - w), ti.f64)
         if t.p.x[i].dot(up) > top:
             shift -= shift.dot(up) * up

@@ -9,7 +9,7 @@ A_k is the vector area of the piece of surface at the point k, towards the water
 normal velocity of the particle itself, so that T 1.21 and T 1.26 gain
 
     div_i = ... + 2 w_i . (v_i - v_k)
-    f_i   = ... + V_i (2 p_i + Pi_i + 2 rho_0 g . (x_k - x_i)) w_i      and the point k the opposite
+    f_i   = ... + V_i (2 p_i + Pi_i) w_i      and each point k its part of the opposite
 
 and, n along w_i, along the surface the mirror image of what is on this side, which is the same as weighing that more:
 
@@ -17,13 +17,15 @@ and, n along w_i, along the surface the mirror image of what is on this side, wh
 
 with gamma_i the part of the kernel that lies in water. Without T a flow that turns along a wall would press its own layer together: half of its
 divergence would be missing there. The two are each other's transpose: pressure does on particle and surface together exactly the work that the density stores,
-and nothing is lost in a blow, as it is between pinballs. The mirrored weight makes the sum of the forces on a wall the pressure at the
-wall, to the quadrature over the layers (0.4975 for 1/2 at h/D = 1.165). Pi_i is T 1.24 of the particle against its own image at D/2.
+and nothing is lost in a blow, as it is between pinballs. In water at one pressure the
+layers at D/2, 3D/2 ... bear the wall with 0.995 p (h/D = 1.165). Pi_i is T 1.24 of the particle against its own image at D/2.
 
 A shell node carries the vector area of its sound cells as they lie now: stretch, holes and petals are in it, and a fragment, which has
 none left, is for the pinballs alone. It acts on the side where the particle is, e/2 off the mid-surface, and fades out over the last D/10
 before its plane, so that water in a hole feels its rim evenly. Rigid bodies carry points on the outside of their pinballs. Where a shell lies
 between water and a body (a striker that still pushes its plug) the body's share is what w of the shell leaves of it.
+
+Rigid planes show a particle images of the surfaces as well as of its neighbours.
 
 The pinballs remain behind this, at PINBALL D: they stop what no pressure stops, and keep a sound wall tight.
 """
@@ -61,13 +63,15 @@ class Wettable:
 class Wetted:
     """Surface points: first the shell's nodes, then those of the rigid bodies; lists both ways; forces on the points."""
 
-    def __init__(self, what: Wettable, particles, support: float, density: float, gravity, origin):
-        """particles: FluidParticles; support h / D; origin [m]: records are relative to it."""
+    def __init__(self, what: Wettable, particles, support: float, origin, walls):
+        """particles: FluidParticles; support h / D; origin [m]: records are relative to it; walls: Walls, whose images of the surfaces
+        press as well."""
+        self.walls = walls
         self.nodes, self.cells, self.rigids, self.p = what.nodes, what.cells, what.rigids, particles
         self.has_shell, self.has_rigids = what.nodes is not None, what.rigids is not None
         self.ns = what.nodes.n if self.has_shell else 0
         self.half = 0.5 * what.thickness
-        self.origin, self.heavy = ti.Vector([*origin], ti.f64), 2.0 * density * ti.Vector([*gravity], ti.f64)
+        self.origin = ti.Vector([*origin], ti.f64)
         self.spacing = particles.spacing
         arms, facing, owner = [np.zeros((0, 3))], [np.zeros((0, 3))], [np.zeros(0, np.int32)]
         for r, body in enumerate(what.bodies):
@@ -150,7 +154,7 @@ class Wetted:
 
     @ti.func
     def facet(self, k, x, D, inverse):
-        """w of the point k for a particle at x with spacing D, and x relative to it."""
+        """w of the point k for a particle at x with spacing D."""
         a = ti.Vector([self.record[k][3], self.record[k][4], self.record[k][5]])
         r = x - ti.Vector([self.record[k][0], self.record[k][1], self.record[k][2]])
         if ti.static(self.has_shell):
@@ -164,7 +168,30 @@ class Wetted:
                     r -= self.half * unit
                 else:
                     r += self.half * unit
-        return w2(r.norm(), inverse) * a, r
+        return w2(r.norm(), inverse) * a
+
+    @ti.func
+    def images(self, i, inverse):
+        """The walls that show particle i images of the surfaces, and how many they are."""
+        found, count = ti.Vector([-1, -1, -1]), 0
+        if ti.static(self.walls.n > 0):
+            found, count = self.walls.near(self.p.x[i], 1.0 / inverse, 2.0 * self.spacing)
+        return found, count
+
+    @ti.func
+    def seen(self, found, image, x):
+        """Where an image surface sees a particle that is at x: its own image, before the surface itself."""
+        result = x
+        if ti.static(self.walls.n > 0):
+            result = self.walls.mirrored(found, image, x, self.origin)
+        return result
+
+    @ti.func
+    def reflected(self, found, image, a):
+        result = a
+        if ti.static(self.walls.n > 0):
+            result = self.walls.turned(found, image, a)
+        return result
 
     def state(self) -> dict[str, np.ndarray]:
         """Lists are made again from where everything was when they were made."""
@@ -315,12 +342,16 @@ def _face(t: ti.template(), point: ti.template(), n: ti.i32, inverse_0: float):
             x = ti.Vector([t.p.pair[i][0], t.p.pair[i][1], t.p.pair[i][2]])
             shell, body = x * 0.0, x * 0.0
             inverse = inverse_0 * t.spacing / D
-            for e in range(t.start[i], t.start[i + 1]):
-                w, r = t.facet(point[e], x, D, inverse)
-                if point[e] < t.ns:
-                    shell += w
-                else:
-                    body += w
+            found, count = t.images(i, inverse)
+            for image in range(0, 1 << count):
+                seen = t.seen(found, image, x)
+                for e in range(t.start[i], t.start[i + 1]):
+                    w = t.facet(point[e], seen, D, inverse)
+                    w = t.reflected(found, image, w)
+                    if point[e] < t.ns:
+                        shell += w
+                    else:
+                        body += w
             share = D * 0.0 + 1.0
             square = body.norm_sqr()
             if square > 0.0:
@@ -341,10 +372,14 @@ def _gather(t: ti.template(), particle: ti.template(), points: ti.i32, inverse_0
         for e in range(t.start_back[k], t.start_back[k + 1]):
             i = particle[e]
             D = ti.abs(t.p.pair[i][3])
-            w, r = t.facet(k, ti.Vector([t.p.pair[i][0], t.p.pair[i][1], t.p.pair[i][2]]), D, inverse_0 * t.spacing / D)
-            if k >= t.ns:
-                w *= t.share[i]
-            push -= (t.stress[i] - D * D * D * ti.cast(t.heavy, float).dot(r)) * w
+            x = ti.Vector([t.p.pair[i][0], t.p.pair[i][1], t.p.pair[i][2]])
+            inverse = inverse_0 * t.spacing / D
+            found, count = t.images(i, inverse)
+            for image in range(0, 1 << count):
+                w = t.facet(k, t.seen(found, image, x), D, inverse)
+                if k >= t.ns:
+                    w *= t.share[i]
+                push -= t.stress[i] * w
         t.push[k] = push
 
 

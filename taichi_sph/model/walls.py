@@ -51,3 +51,33 @@ class Walls:
             across -= up * self.normal[k]
             result = across.norm() > self.radius[k] and up > 0.0
         return result
+
+    @ti.func
+    def near(self, x, reach, width):
+        """The walls whose images reach the place x, three at most, and how many they are."""
+        found = ti.Vector([-1, -1, -1])
+        count = 0
+        for k in range(self.n):
+            if count < 3 and self.height(k, x) < reach and self.share(k, x, width) > 0.0:
+                found[count] = k
+                count += 1
+        return found, count
+
+    @ti.func
+    def turned(self, found, image, a):
+        """The vector a reflected in those of the walls `found` whose bit of `image` is 1."""
+        for c in ti.static(range(3)):
+            if (image >> c) & 1:
+                normal = ti.cast(self.normal[found[c]], float)
+                a -= 2.0 * a.dot(normal) * normal
+        return a
+
+    @ti.func
+    def mirrored(self, found, image, y, origin):
+        """The place y [m, relative to the origin] reflected in them."""
+        for c in ti.static(range(3)):
+            if (image >> c) & 1:
+                k = found[c]
+                normal = ti.cast(self.normal[k], float)
+                y -= 2.0 * (y.dot(normal) - ti.cast((self.point[k] - origin).dot(self.normal[k]), float)) * normal
+        return y

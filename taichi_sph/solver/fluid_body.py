@@ -73,7 +73,7 @@ class FluidBody:
         origin = points.mean(axis=0)
         self.wet = None
         if wettable is not None:
-            self.wet = Wetted(wettable, p, fluid.support, water.density, self.gravity, origin)
+            self.wet = Wetted(wettable, p, fluid.support, origin, self.walls)
         self.pairs = FluidPairs(p, self.near, self.water, self.walls, self.gravity, origin, self.wet)
         if self.wet is not None and isinstance(fluid.fill, ShellFill):
             self.sort()

@@ -49,7 +49,8 @@ def test_water_thrown_at_its_can_gives_it_its_momentum():
     assert momentum(sim) == pytest.approx(before, rel=1e-12)
     assert np.linalg.norm(runtime.get(sim.nodes.v, sim.nodes.n).mean(axis=0)) > 0.5
     entries = sim.energies()
-    assert entries["contact"] > 0
+    assert entries["fluid viscous"] > 0
+    assert abs(entries["contact"]) < 1e-3 * entries["injected"]  # pressure stops it before the pinballs do
     assert abs(entries["closed_residual_percent"]) < 0.5
     assert sim.tracks()["leak"]["escaped_count"] == 0
 

@@ -15,19 +15,21 @@ CAN = Cylinder(radius=0.15, length=0.4, ends="discs", origin=(1.0, 0, 0))
 TANK = CappedTank(radius=0.15, length=0.3, axis="x", origin=(0.0, 2.0, 0.0))
 
 
-def filled(surface, level=None, axis="z"):
-    return fill(Fluid(name="water", fill=ShellFill(shell="tank", level=level, axis=axis)), D, generate(surface, Numerics(spacing=D)), E, surface)
+def filled(surface, level=None, axis="z", contact="pressure"):
+    fluid = Fluid(name="water", fill=ShellFill(shell="tank", level=level, axis=axis), contact=contact)
+    return fill(fluid, D, generate(surface, Numerics(spacing=D)), E, surface)
 
 
 def cell(f) -> float:
     return f.lattice**3
 
 
+@pytest.mark.parametrize("contact", CONTACT)
 @pytest.mark.parametrize("level, height", [(None, 0.4 - E), (0.2, 0.2 - E / 2)])
-def test_can(level, height):
-    f = filled(CAN, level)
+def test_can(level, height, contact):
+    f = filled(CAN, level, contact=contact)
     x = f.points - [1.0, 0, 0]
-    clear = CONTACT * 0.95 * D + E / 2  # the pitch of the lattice is within 5 % of D
+    clear = CONTACT[contact] * 0.95 * D + E / 2  # the pitch of the lattice is within 5 % of D
     assert np.hypot(x[:, 0], x[:, 1]).max() < 0.15 - clear
     assert x[:, 2].min() > clear and x[:, 2].max() < (level or 0.4 - E / 2) - 0.95 * D / 2
     assert f.mass * len(x) == pytest.approx(1000 * np.pi * (0.15 - E / 2) ** 2 * height, rel=1e-6)
@@ -36,11 +38,12 @@ def test_can(level, height):
     assert cKDTree(x).query(x, k=2)[0][:, 1].min() > 0.45 * f.lattice
 
 
+@pytest.mark.parametrize("contact", CONTACT)
 @pytest.mark.parametrize("surface, axis, wet", [(CAN, "z", 2 * np.pi * 0.15 * 0.55), (TANK, "x", 2 * np.pi * 0.15 * (0.3 + 0.3)), (TANK, "z", 2 * np.pi * 0.15 * 0.6)])
-def test_the_lattice_holds_the_volume_less_what_contact_keeps_clear(surface, axis, wet):
+def test_the_lattice_holds_the_volume_less_what_contact_keeps_clear(surface, axis, wet, contact):
     """A cell of the lattice reaches D/2 beyond its particle, contact keeps CONTACT D clear: (CONTACT - 1/2) D of every wall."""
-    f = filled(surface, None, axis)
-    assert len(f.points) * cell(f) == pytest.approx(f.volume - (CONTACT - 0.5) * f.lattice * wet, rel=0.02)
+    f = filled(surface, None, axis, contact)
+    assert len(f.points) * cell(f) == pytest.approx(f.volume - (CONTACT[contact] - 0.5) * f.lattice * wet, rel=0.02)
 
 
 def test_domed_tank_across_its_axis():
@@ -48,7 +51,7 @@ def test_domed_tank_across_its_axis():
     assert f.volume == pytest.approx(0.5 * (np.pi * 0.1495**2 * 0.3 + 4 / 3 * np.pi * 0.1495**3), rel=0.01)
     x = f.points - [0, 2.0, 0]
     beyond = np.maximum(np.maximum(-x[:, 0], x[:, 0] - 0.3), 0)
-    assert np.sqrt(x[:, 1] ** 2 + x[:, 2] ** 2 + beyond**2).max() < 0.15 - CONTACT * 0.95 * D - E / 2 + 1e-4
+    assert np.sqrt(x[:, 1] ** 2 + x[:, 2] ** 2 + beyond**2).max() < 0.15 - CONTACT["pressure"] * 0.95 * D - E / 2 + 1e-4
     assert x[:, 2].max() < -0.95 * D / 2 + 1e-9
 
 
