@@ -9,7 +9,7 @@ laws/elastic.py, S = H : E, P = F S and tau = F S F^T, the forms that are compar
 
 over points s where stresses live: the nodes alone, one point in each cell, or one in each of the two triangles of a cell. At
 nodes g is the gradient of classical SPH, V (grad W)(x_s - x_j) in the form of differences, made exact for linear fields; at
-stress points, between nodes, that of moving least squares of order 1 (T annex A). Kernel B3 (T 1.7) with h = support D, fixed.
+stress points, between nodes, that of moving least squares of order 1 (T annex A). Kernel B3 (T 1.7), h = support D, fixed.
 Beside them the package's own forms (galerkin, collocation), read off the running force kernels.
 
 By translation the forces f(R) around one moved node 0 tell everything; a wave u = w exp(i (k . R - omega t)) has
@@ -24,8 +24,8 @@ omega^2 < 0 or complex: the wave grows. omega^2 = 0: it feels nothing. What must
     K_ij = - 2 V tau_jj B_jj sum_R W_ij(R) (1 - cos k . R)          (B: what makes g = - B grad W exact for linear fields)
 
   so tension grows where W'' > 0, whatever the stiffness is;
-- one point in a square cell feels nothing of the checkerboard k = (pi, pi), two in triangles hardly anything: the fit of h = 1.2 D
-  smooths it away. What holds it in the package is the residual of the nodes (forces/galerkin.py).
+- one point in a square cell feels nothing of the checkerboard k = (pi, pi), two in triangles hardly anything: the fit of
+  h = 1.2 D smooths it away. What holds it in the package is the residual of the nodes (forces/galerkin.py).
 """
 
 from __future__ import annotations
@@ -45,6 +45,7 @@ LAYOUTS = {
     "cells": ((0.5, 0.5, 1.0),),
     "triangles": ((2 / 3, 1 / 3, 0.5), (1 / 3, 2 / 3, 0.5)),
 }
+NAMES = {"nodes": "nodes alone", "cells": "a stress point a cell", "triangles": "a stress point a triangle"}
 KERNELS = ("Eulerian", "Lagrangian")
 DIRECTIONS = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])  # of waves, up to k = pi in each component: the shortest
 NOTHING = 0.01  # of the shear modulus: below that a wave feels nothing
@@ -93,9 +94,17 @@ def least_squares(d: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 class Lattice:
-    """n x n nodes, periodic, that stand for the endless lattice. u (n*n, 2), stresses at len(layout) points for each node."""
+    """n x n nodes, periodic, that stand for the endless lattice. u (n*n, 2); stresses at one or two points a node."""
 
-    def __init__(self, kernel: str, layout: str, stretch: float, support: float = SUPPORT, poisson: float = POISSON, n: int | None = None):
+    def __init__(
+        self,
+        kernel: str,
+        layout: str,
+        stretch: float,
+        support: float = SUPPORT,
+        poisson: float = POISSON,
+        n: int | None = None,
+    ):
         self.kernel, self.h = kernel, support
         self.at_nodes = layout == "nodes"
         self.F0 = np.diag([stretch, 1.0])
@@ -163,7 +172,7 @@ class Lattice:
 
 
 def running(formulation: str, cells: str, stretches: Sequence[float], support: float = SUPPORT, poisson: float = POISSON):
-    """stretch -> (R, K) as of Lattice.response, of the running kernels: one node moved in the middle of a stretched plate."""
+    """stretch -> (R, K) as of Lattice.response, of the running kernels: a node moved in the middle of a stretched plate."""
     from . import runtime
     from .scene import Material, Numerics, Plate, Scene, Shell
     from .solver.simulation import Simulation
@@ -174,7 +183,9 @@ def running(formulation: str, cells: str, stretches: Sequence[float], support: f
         material=Material(name="steel", young=young, poisson=poisson, density=7800),
     )  # fmt: skip
     numerics = Numerics(spacing=1.0, cells=cells, formulation={"kind": formulation, "support": support})
-    sim = Simulation(Scene(name="lattice", title="Lattice", source="", shells=[plate], duration=1.0, numerics=numerics), threads=1)
+    sim = Simulation(
+        Scene(name="lattice", title="Lattice", source="", shells=[plate], duration=1.0, numerics=numerics), threads=1
+    )
     nodes, X = sim.nodes, sim.mesh.points[:, :2]
     middle = int(np.argmin(np.linalg.norm(X - 0.5 * n, axis=1)))
     kinds = (middle, middle + 1)  # diagonals that alternate make two kinds of nodes: the mean is what one wave in both feels
@@ -256,10 +267,12 @@ def domain(name: str, responses, stretches: Sequence[float], waves: Sequence[flo
 def domains(stretches: Sequence[float], waves: Sequence[float]) -> list[Domain]:
     """All forms: kernel by layout, then the package's own."""
     found = [
-        domain(f"{kernel} kernel, {layout}", (Lattice(kernel, layout, s).response() for s in stretches), stretches, waves)
+        domain(
+            f"{kernel} kernel, {NAMES[layout]}", (Lattice(kernel, layout, s).response() for s in stretches), stretches, waves
+        )
         for kernel in KERNELS
         for layout in LAYOUTS
     ]
     for formulation, cells in (("galerkin", "quad"), ("galerkin", "triangle"), ("collocation", "quad")):
-        found.append(domain(f"{formulation}, {cells}", running(formulation, cells, stretches), stretches, waves))
+        found.append(domain(f"here: {formulation}, {cells}", running(formulation, cells, stretches), stretches, waves))
     return found

@@ -9,12 +9,14 @@ predicted; and which waves on a stretched lattice grow (lattice.py).
     thickness      e/D, by the limit of the step, which must be the predicted one. Nothing is predicted to end it
     irregularity   nodes moved at random by up to that many D, by the spectrum. Quadrangles are surely convex up to 1/4;
                    triangles are Delaunay's and exist up to 1/2, where two nodes may meet
-    stretch        of a lattice, by its waves. Predicted where the continuum itself gives way, and nothing above
+    stretch        of a lattice, by its waves. Predicted where the continuum itself gives way, and nothing above but for nodes
+                   alone with an Eulerian kernel: any tension (Swegle)
     speed          of a rigid ball. Predicted the speed of sound: a node struck faster runs into its neighbours
     steps          of a free shell in f32, until its energy is off by DRIFT. Predicted DRIFT / eps, all rounding one way
 
-The spectrum holds on 6 x 6 cells with three zero modes, no growing one and the next six within FACTOR of the true ones. A run
-holds where the watchdog lets it go on and the closed residual stays below RESIDUAL. The keys of a scene are narrower than that; here they are set past their checks.
+The spectrum holds on 6 x 6 cells with three zero modes, no growing one and the next six within FACTOR of the true ones. A
+run holds where the watchdog lets it go on and the closed residual stays below RESIDUAL. The keys of a scene are narrower than
+that; here they are set past their checks.
 """
 
 from __future__ import annotations
@@ -76,7 +78,10 @@ class Range:
     seconds: float
 
     def __str__(self) -> str:
-        ends = [f"{'any' if v is None else f'{v:.4g}'} ({'any' if p is None else f'{p:.4g}'})" for v, p in zip((self.low, self.high), self.predicted)]
+        ends = [
+            f"{'any' if v is None else f'{v:.4g}'} ({'any' if p is None else f'{p:.4g}'})"
+            for v, p in zip((self.low, self.high), self.predicted)
+        ]
         return f"{self.knob:14s} {self.case:44s} {ends[0]:>18s} to {ends[1]:18s} {self.why}"
 
 
@@ -112,7 +117,9 @@ def _past_checks(model: Any, **changes: Any) -> Any:
 
 def sheet(cells: str = "quad", irregularity: float = 0.0, formulation: str = "galerkin", n: int = 8, **more: Any) -> Scene:
     """A free square of steel in its plane."""
-    shell = Shell(name="plate", surface=Plate(length=n * D, width=n * D), thickness=D, material=Material(**STEEL), motion="in_plane")
+    shell = Shell(
+        name="plate", surface=Plate(length=n * D, width=n * D), thickness=D, material=Material(**STEEL), motion="in_plane"
+    )
     numerics = Numerics(spacing=D, cells=cells, irregularity=irregularity, formulation=formulation)
     return Scene(name="sheet", title="Sheet", source="", shells=[shell], duration=1e-5, numerics=numerics, **more)
 
@@ -121,7 +128,13 @@ def wall(thickness: float, cells: str = "quad", irregularity: float = 0.25) -> S
     """A free piece of a pipe, 8 x 8 cells, thickness in spacings."""
     side = 8 * D
     plain = sheet(cells, irregularity, limit=StepLimit())
-    shell = plain.shells[0].model_copy(update={"surface": Cylinder(radius=side, length=side, axis="y", angle=1.0), "motion": "free", "thickness": thickness * D})
+    shell = plain.shells[0].model_copy(
+        update={
+            "surface": Cylinder(radius=side, length=side, axis="y", angle=1.0),
+            "motion": "free",
+            "thickness": thickness * D,
+        }
+    )
     return plain.model_copy(update={"shells": (shell,)})
 
 
@@ -186,21 +199,28 @@ def pulled(strain: float, duration: float, safety: float = 0.9) -> Scene:
     ends = [(Box(hi=(0, None, None)), -v), (Box(lo=(n * D, None, None)), v)]
     motions = tuple(PrescribedVelocity(shell="plate", where=where, velocity=(speed, 0, 0)) for where, speed in ends)
     shells = (plain.shells[0].model_copy(update={"material": concrete}),)
-    return _past_checks(plain.model_copy(update={"shells": shells, "motions": motions, "duration": duration}), numerics__time_step_safety=safety)
+    return _past_checks(
+        plain.model_copy(update={"shells": shells, "motions": motions, "duration": duration}),
+        numerics__time_step_safety=safety,
+    )
 
 
 def struck(velocity: float, metal: bool = False, safety: float = 0.9) -> Scene:
-    """A rigid ball of 22 mm on a free disc of 30 mm and 0.8 mm, until it has moved by 1 mm (6 mm where it yields and tears), 10 us
-    at least."""
+    """A rigid ball of 22 mm on a free disc of 30 mm and 0.8 mm, until it has moved by 1 mm (6 mm where the disc yields and
+    tears), 10 us at least."""
     e, radius = 0.8e-3, 11e-3
-    plate = Shell(
-        name="plate", surface=Disc(radius=15e-3), thickness=e, material=material("steel, perforated plate") if metal else Material(**STEEL), motion="free",
-    )  # fmt: skip
-    ball = Rigid(name="ball", mass=0.154, pinballs=[Pinball(centre=(0, 0, radius + 0.5 * e + 1e-6), radius=radius)], velocity=(0, 0, -1.0))
+    steel = material("steel, perforated plate") if metal else Material(**STEEL)
+    plate = Shell(name="plate", surface=Disc(radius=15e-3), thickness=e, material=steel, motion="free")
+    ball = Rigid(
+        name="ball",
+        mass=0.154,
+        pinballs=[Pinball(centre=(0, 0, radius + 0.5 * e + 1e-6), radius=radius)],
+        velocity=(0, 0, -1.0),
+    )
     ball = ball.model_copy(update={"velocity": (0.0, 0.0, -velocity)})
     scene = Scene(
-        name="struck", title="Struck", source="", shells=[plate], rigids=[ball], duration=max((6e-3 if metal else 1e-3) / velocity, 1e-5),
-        numerics=Numerics(spacing=D),
+        name="struck", title="Struck", source="", shells=[plate], rigids=[ball], numerics=Numerics(spacing=D),
+        duration=max((6e-3 if metal else 1e-3) / velocity, 1e-5),
     )  # fmt: skip
     return _past_checks(scene, numerics__time_step_safety=safety)
 
@@ -208,8 +228,16 @@ def struck(velocity: float, metal: bool = False, safety: float = 0.9) -> Scene:
 def sloshing(velocity: float, safety: float = 0.9) -> Scene:
     """A can of water hit by a bullet, until that has moved by 5 mm, 50 us at least."""
     ball = Pinball(centre=(0.041, 0, 0.04), radius=0.01)
-    can = Shell(name="can", surface=Cylinder(radius=0.03, length=0.08, ends="discs"), thickness=1e-3, material=Material(**STEEL), motion="free")
-    bullet = Rigid(name="bullet", mass=0.03, pinballs=[ball], velocity=(-1.0, 0, 0)).model_copy(update={"velocity": (-velocity, 0.0, 0.0)})
+    can = Shell(
+        name="can",
+        surface=Cylinder(radius=0.03, length=0.08, ends="discs"),
+        thickness=1e-3,
+        material=Material(**STEEL),
+        motion="free",
+    )
+    bullet = Rigid(name="bullet", mass=0.03, pinballs=[ball], velocity=(-1.0, 0, 0)).model_copy(
+        update={"velocity": (-velocity, 0.0, 0.0)}
+    )
     scene = Scene(
         name="can", title="Can", source="", shells=[can], fluids=[Fluid(name="water", fill=ShellFill(shell="can"))], rigids=[bullet],
         duration=max(0.005 / velocity, 5e-5), numerics=Numerics(spacing=0.01),
@@ -287,7 +315,10 @@ def irregularity() -> Iterator[Found]:
     for cells, certain in (("quad", 0.25), ("triangle", 0.5)):
 
         def holds(move: float) -> str:
-            said = (by_spectrum(_past_checks(sheet(cells), numerics__irregularity=move, numerics__seed=seed)) for seed in range(3))
+            said = (
+                by_spectrum(_past_checks(sheet(cells), numerics__irregularity=move, numerics__seed=seed))
+                for seed in range(3)
+            )
             return next(filter(None, said), "")
 
         high, why = edge(holds, 0.0, 1.5, 0.1)
@@ -304,13 +335,20 @@ def stretch() -> Iterator[Found]:
         low = float(one.stretches[below[-1] + 1]) if len(below) else None
         high = float(one.stretches[at + above[0] - 1]) if len(above) else None
         blind = float(2 / one.waves[np.flatnonzero(one.worst[at] < NOTHING)[0]]) if (one.worst[at] < NOTHING).any() else 0.0
-        yield one.name, low, high, (least_stretch(), None), f"blind at waves of {blind:.3g} D" if blind else "no blind wave"
+        tension = 1.0 if one.name == "Eulerian kernel, nodes alone" else None  # Swegle's criterion: W'' > 0 at the next node
+        yield (
+            one.name,
+            low,
+            high,
+            (least_stretch(), tension),
+            f"blind at waves of {blind:.3g} D" if blind else "no blind wave",
+        )
 
 
 def speed() -> Iterator[Found]:
     for case, scene, sound in (
         ("a ball on an elastic disc", lambda v: struck(v), SOUND),
-        ("a ball through a metal disc", lambda v: struck(v, True), math.sqrt(200e9 / 7800 / 0.91)),
+        ("a ball through a metal disc", lambda v: struck(v, True), SOUND),
         ("a bullet at a can of water", lambda v: sloshing(v), 1450.0),
     ):
         high, why = edge(lambda v: by_run(scene(v)), 50.0, 2e4, 0.1)
@@ -318,7 +356,11 @@ def speed() -> Iterator[Found]:
 
 
 def steps() -> Iterator[Found]:
-    for case, spin, flight in (("f32, flies and rings", 0.0, 10.0), ("f32, turns 10 times a second", 63.0, 0.0), ("f32, turns 100 times a second", 630.0, 0.0)):
+    for case, spin, flight in (
+        ("f32, flies and rings", 0.0, 10.0),
+        ("f32, turns 10 times a second", 63.0, 0.0),
+        ("f32, turns 100 times a second", 630.0, 0.0),
+    ):
         high, why = _drift(spin, flight)
         yield case, None, high, (None, DRIFT / float(np.finfo(np.float32).eps)), why
 
@@ -329,7 +371,13 @@ def _drift(spin: float, flight: float, most: int = 100_000) -> tuple[float | Non
     from .solver.simulation import Simulation
 
     plain = wall(0.2)
-    scene = plain.model_copy(update={"limit": None, "duration": 1e3, "numerics": plain.numerics.model_copy(update={"precision": "f32", "time_step_safety": 0.85})})
+    scene = plain.model_copy(
+        update={
+            "limit": None,
+            "duration": 1e3,
+            "numerics": plain.numerics.model_copy(update={"precision": "f32", "time_step_safety": 0.85}),
+        }
+    )
     sim = Simulation(scene, threads=1)
     nodes, n = sim.nodes, sim.nodes.n
     N, mass, X = (runtime.get(k, n).astype(float) for k in (nodes.N, nodes.mass, nodes.X))
@@ -353,7 +401,10 @@ def _drift(spin: float, flight: float, most: int = 100_000) -> tuple[float | Non
         now, moved = state()
         if not abs(now / energy - 1) < DRIFT:
             return float(sim.step), f"energy {100 * (now / energy - 1):+.2g} %"
-    return None, f"energy {100 * (now / energy - 1):+.2g} %, speed of the mass centre {moved - speed_of_centre:+.1e} m/s after {sim.step} steps"
+    return (
+        None,
+        f"energy {100 * (now / energy - 1):+.2g} %, mass centre {moved - speed_of_centre:+.1e} m/s after {sim.step} steps",
+    )
 
 
 def _moved(irregularity: float) -> str:
@@ -396,7 +447,7 @@ def waves() -> list[Any]:
 
 
 def main(only: Sequence[str] = (), record: bool = False) -> list[Range]:
-    """Prints the map, line by line; where asked to, records it as JSON, other knobs as they were, with the picture of the waves."""
+    """Prints the map, line by line; where asked to, records it as JSON, other knobs as they were, and draws the waves."""
     from .output.folder import write_json
     from .output.record import commit, machine
     from .progress import Progress
@@ -417,12 +468,20 @@ def main(only: Sequence[str] = (), record: bool = False) -> list[Range]:
     if record:
         old = [] if not FILE.is_file() or not only else [r for r in _recorded() if r["knob"] not in only]
         rows = sorted([*old, *map(asdict, found)], key=lambda r: list(KNOBS).index(r["knob"]))
-        content = {"command": "taichi-sph stability --record", "commit": commit(), "machine": machine(), "seconds": sum(r["seconds"] for r in rows), "ranges": rows}
+        content = {
+            "command": "taichi-sph stability --record",
+            "commit": commit(),
+            "machine": machine(),
+            "seconds": sum(r["seconds"] for r in rows),
+            "ranges": rows,
+        }
         print(f"recorded: {write_json(FILE, content)}")
         if "stretch" in (only or KNOBS) and can_draw(Progress()):
+            from .lattice import POISSON, SUPPORT, least_stretch
             from .render.domains import render_domains
 
-            print(f"drawn: {render_domains(waves(), PICTURE)}")
+            title = f"Waves on a square lattice stretched along x (h/D = {SUPPORT:g}, Poisson's ratio {POISSON:g})"
+            print(f"drawn: {render_domains(waves(), title, least_stretch(), PICTURE)}")
     return found
 
 

@@ -47,7 +47,10 @@ def test_the_command_records_and_keeps_other_knobs(call, work, monkeypatch):
     monkeypatch.setattr(stability, "KNOBS", {"one": knob(2.5), "other": knob(9.0)})
     assert call("stability", "--only", "one", "--record")[0] == 0
     found = json.loads((work / "benchmarks/stability.json").read_text())
-    assert [(r["knob"], r["high"], r["predicted"]) for r in found["ranges"]] == [("one", 2.5, [None, 1.0]), ("other", None, [None, 1.0])]
+    assert [(r["knob"], r["high"], r["predicted"]) for r in found["ranges"]] == [
+        ("one", 2.5, [None, 1.0]),
+        ("other", None, [None, 1.0]),
+    ]
     assert found["machine"] and found["seconds"] >= 0
     code, _, err = call("stability", "--only", "othr")
     assert code == 2 and "--only othr: there is no such knob; did you mean 'other'" in err

@@ -49,7 +49,9 @@ def test_the_classical_gradient_is_exact_for_linear_fields_and_points_along_the_
     slope = -b3_slope_over_q(np.linalg.norm(d, axis=1) / lattice.h)[:, None] * d
     assert g[1:] == pytest.approx(slope[1:] * (g[1, 0] / slope[1, 0]), abs=1e-12)  # one factor on a square lattice
     q = np.array([0.3, 0.99, 1.01, 1.9])
-    assert q * b3_slope_over_q(q) == pytest.approx((mls_reference.b3(q + 1e-6) - mls_reference.b3(q - 1e-6)) / 2e-6, abs=1e-8)
+    assert q * b3_slope_over_q(q) == pytest.approx(
+        (mls_reference.b3(q + 1e-6) - mls_reference.b3(q - 1e-6)) / 2e-6, abs=1e-8
+    )
 
 
 @pytest.mark.parametrize("stretch", [0.8, 1.0, 1.3])
