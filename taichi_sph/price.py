@@ -48,8 +48,8 @@ LEAST = 10.0  # processor seconds
 ROUNDS = 3  # of perturbed runs: a new front may hold points that were not perturbed yet
 DRAFT_ERROR = 0.10
 QUALITY_RULE = (
-    f"draft: the cheapest point with an error below {100 * DRAFT_ERROR:g} %; standard: the knee of the front, the point farthest "
-    "below the line from its cheapest to its most accurate one in log error over log cost; paper: the most accurate point"
+    f"draft: the cheapest point with an error below {100 * DRAFT_ERROR:g} %; standard: the knee of the front from there on, the point "
+    "farthest below the line from its cheapest to its most accurate one in log error over log cost; paper: the most accurate point"
 )
 POINT_FILE = "price.json"
 
@@ -245,9 +245,10 @@ def qualities(points: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     if not ends:
         return {}
     found = {"paper": ends[-1]["name"]}
-    good = [p["name"] for p in ends if p["error"] < DRAFT_ERROR]
+    good = [p for p in ends if p["error"] < DRAFT_ERROR]
     if good:
-        found["draft"] = good[0]
+        found["draft"] = good[0]["name"]
+        ends = good
     x = np.log([p["cost"] for p in ends])
     y = np.log([max(p["error"], 1e-9) for p in ends])
     share = (x - x[0]) / max(x[-1] - x[0], 1e-12)

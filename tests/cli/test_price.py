@@ -155,6 +155,8 @@ def test_errors_front_and_qualities():
     assert found["front"] == ["rough", "quick", price.BASE, "fine"]
     assert found["qualities"] == {"draft": "quick", "standard": "quick", "paper": "fine"}
     assert price.qualities([p for p in found["points"] if p["error"] is None]) == {}
+    steep = record(point("useless", 13.0, 0.2), point("bad", 1.15, 0.3), point("rough", 1.08, 1), point("good", 1.0014, 9), point("best", 1.0007, 69))
+    assert steep["qualities"] == {"draft": "rough", "standard": "good", "paper": "best"}  # standard is no worse than draft
 
 
 @pytest.mark.long
