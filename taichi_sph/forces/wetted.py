@@ -104,6 +104,12 @@ class Wetted:
             runtime.put(self.facing, facing)
             runtime.put(self.owner, owner)
             runtime.put(self.first, np.searchsorted(owner, np.arange(len(what.bodies) + 1)).astype(np.int32))
+        # kg/m2 of the lightest wet shell that is free to move; what is held, or rigid, does not swing with its water
+        self.lightest = np.inf
+        if self.has_shell:
+            free = runtime.get(what.nodes.fixed, self.ns) == 0
+            if free.any():
+                self.lightest = float((runtime.get(what.nodes.mass, self.ns) / what.mesh.node_areas)[free].min())
         self.skin = SKIN * self.spacing
         # 1.03: a particle's own support grows with its D (model.fluid.WIDEST)
         self.reach = 1.03 * 2.0 * support * self.spacing + self.half + self.skin
