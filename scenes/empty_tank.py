@@ -41,7 +41,7 @@ def scene(quality: Quality = "draft", velocity: Speed = 730.0, necks: bool = Tru
     ]
     held = [PrescribedVelocity(shell="tank", where=where, velocity=(0, 0, 0), spin=(0, 0, 0)) for where in (*discs, *rear)]
     steel = material("steel, tank")
-    steel = material(steel.name, damage=steel.damage.model_copy(update={"necks": necks}))
+    steel = material(steel.name, damage=steel.damage.model_copy(update={"necks": necks or None}))
     return Scene(
         name="empty_tank",
         title=f"Bullet through an empty tank, {velocity:g} m/s",

@@ -57,7 +57,7 @@ def scene(quality: Quality = "draft", level: Dimensionless = 1.0, velocity: Spee
         name="peak_pressure", unit="Pa", options={"x": 0.0, "z": 0.5 * HEIGHT}, **({"value": 2e7, "source": "near 200 bar, T 3.4"} if level == 1 else {})
     )
     steel = material("steel, tank")
-    steel = material(steel.name, damage=steel.damage.model_copy(update={"necks": necks}))
+    steel = material(steel.name, damage=steel.damage.model_copy(update={"necks": necks or None}))
     return Scene(
         name="tank_leak",
         title=f"Tank {f'filled to {100 * level:g} %' if wet else 'empty'}, hit at {velocity:g} m/s",

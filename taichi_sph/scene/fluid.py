@@ -65,15 +65,15 @@ class ShellFill(Frozen):
 class Fluid(Frozen):
     """A body of fluid particles. `spacing` None: that of the numerics. `support` h / D (T 1.27), `alpha` and `beta` the
     artificial viscosity (T 1.24), `delta` the diffusion of density (docs/method.md). `hydrostatic`: at rest under the
-    gravity of the scene from the start, the highest particle without pressure. `contact` with shells and rigid bodies: by its
-    pressure, with pinballs behind it, or by pinballs alone (T 3.3), whose plastic blows take energy."""
+    gravity of the scene from the start, the highest particle without pressure. `contact` with shells and rigid bodies:
+    None by its pressure, with pinballs behind it (forces/wetted.py), or by pinballs alone (T 3.3), whose plastic blows take energy."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]
     fill: Annotated[FluidBox | ShellFill, Field(discriminator="kind")]
     water: Water = Water()
     velocity: tuple[Speed, Speed, Speed] = (0.0, 0.0, 0.0)
     hydrostatic: bool = True
-    contact: Literal["pressure", "pinballs"] = "pressure"
+    contact: Literal["pinballs"] | None = None
     spacing: Annotated[Length, Field(gt=0)] | None = None
     support: Annotated[Dimensionless, Field(ge=1.0, le=2.0)] = 1.165
     alpha: Annotated[Dimensionless, Field(ge=0, le=3)] = 0.1

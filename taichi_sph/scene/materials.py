@@ -111,7 +111,7 @@ class LemaitreChaboche(Frozen):
     threshold: Annotated[Dimensionless, Field(ge=0)]  # eps_d, eps_p^s
     rupture: Annotated[Dimensionless, Field(gt=0)]  # eps_r, eps_p^c
     critical: Annotated[Dimensionless, Field(gt=0, le=1)]  # D_c
-    necks: StrictBool = False
+    necks: StrictBool | None = None
 
     @model_validator(mode="after")
     def _grows(self) -> "LemaitreChaboche":

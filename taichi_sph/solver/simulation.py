@@ -125,7 +125,7 @@ class Simulation:
         filling = fill_fluid(fluid, scene, self.mesh)
         gravity = scene.gravity or (0.0, 0.0, 0.0)
         wettable = None
-        if fluid.contact == "pressure" and (self.shell is not None or self.rigids is not None):
+        if fluid.contact is None and (self.shell is not None or self.rigids is not None):
             thickness = self.shell.thickness if self.shell is not None else 0.0
             wettable = Wettable(self.mesh, self.nodes, self.cells, thickness, self.rigids, scene.rigids)
         return FluidBody(fluid, filling.points, filling.spacing, filling.mass, gravity, scene.walls, wettable=wettable)

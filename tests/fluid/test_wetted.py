@@ -142,3 +142,16 @@ def test_a_rigid_surface_is_closed_and_has_its_area():
     x, a = surface(BULLET, 0.002)
     volume = np.pi * 0.015**2 * 0.02 + 4 / 3 * np.pi * 0.015**3  # of a capsule; three balls bulge a little less
     assert 0.9 * volume < (x * a).sum() / 3 < volume
+
+
+def test_a_light_film_swings_with_its_water_at_the_step_that_is_chosen():
+    """A film of 0.25 kg/m2 and the 12.5 mm of water along it: the bare step of the water bursts it (docs/method.md, 11)."""
+    film = Material(name="film", young=1e8, poisson=0.3, density=500.0)
+    scene = can(velocity=(1.0, 0, 0))
+    shell = scene.shells[0].model_copy(update={"material": film, "thickness": 5e-4})
+    sim = start(scene.model_copy(update={"shells": (shell,)}))
+    assert sim.dt < 0.3 * 0.9 * 0.515 * sim.fluid.water.support * sim.fluid.p.spacing / 1450.0
+    sim.advance(300)
+    entries = sim.energies()
+    assert abs(entries["closed_residual_percent"]) < 0.02
+    assert entries["kinetic"] + entries["elastic"] < 1.001 * entries["injected"]
