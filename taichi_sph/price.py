@@ -40,8 +40,6 @@ from .scene.units import show
 FOLDER = Path("benchmarks") / "price"
 PICTURES = Path("renders")
 BASE, THESIS, PAPER = "as it is", "thesis", "quality paper"
-# what stands for the thesis's own settings; its strong form has no metal here
-THESIS_POINTS = {THESIS: "collocation, its spacing", PAPER: "its spacing, in galerkin"}
 PHYSICS = "delay"  # the beginning of what changes the material: shown, but no way to buy accuracy
 MOVED = 0.05  # spacings: how far the nodes of a perturbed run are moved
 LEAST = 10.0  # processor seconds
@@ -68,6 +66,8 @@ def knobs(scene: Scene, options: Sequence[str] = ()) -> dict[str, Settings]:
         found |= {f"quality {q}": {"quality": q} for q in ("draft", "standard", "paper") if q != scene.quality}
         if scene.shells and all(shell.material.strength is None for shell in scene.shells):
             found[THESIS] = {"quality": "paper", formulation: "collocation"}
+        elif necks := {f"shells.{s.name}.material.damage.necks": False for s in scene.shells if getattr(s.material.damage, "necks", False)}:
+            found[THESIS] = {"quality": "paper", **necks}
     if any(not isinstance(shell.surface, MeshFile) for shell in scene.shells):
         found |= {f"spacing x {f:.3g}": {"numerics.spacing": n.spacing * f} for f in (2.0, 1.5, 2 / 3)}
         other = "triangle" if n.cells == "quad" else "quad"
@@ -132,7 +132,7 @@ def together(path: Path, scene: Scene, texts: Sequence[str]) -> dict[str, Settin
             if not equals or not name.strip() or not value.strip():
                 raise SceneError(f"--also '{text}' is not of the form key=value,key=value")
             settings[sweep.setting_of(path, scene, name.strip())] = value.strip()
-        found[sweep.words(settings)] = settings
+        found[", ".join(f"{key.rpartition('.')[2]} {value}" for key, value in settings.items())] = settings
     return found
 
 
@@ -292,7 +292,7 @@ def sentences(record: Mapping[str, Any]) -> list[str]:
         best = min(better, key=lambda p: p["error"])
         lines.append(f"The least error, {_error_words(best)}, takes {best['cost'] / base['cost']:.3g} times the cost ({best['name']}).")
     if record["thesis"]:
-        lines += _thesis(points[record["thesis"]], chosen, THESIS_POINTS[record["thesis"]])
+        lines += _thesis(points[record["thesis"]], chosen)
     return lines
 
 
@@ -306,7 +306,9 @@ def _costs(p: Mapping[str, Any], base: Mapping[str, Any], of: str) -> str:
     return told + (f", which is within the spread of {percent(noise)}." if 0 < abs(more) < noise else ".")
 
 
-def _thesis(thesis: Mapping[str, Any], chosen: Sequence[Mapping[str, Any]], which: str) -> list[str]:
+def _thesis(thesis: Mapping[str, Any], chosen: Sequence[Mapping[str, Any]]) -> list[str]:
+    # its strong form has no metal here
+    which = "collocation, its spacing" if "collocation" in thesis["settings"].values() else "its spacing, in galerkin"
     if thesis["status"] != "done":
         return [f"The thesis's own settings ({which}) find no answer: {thesis['sentence']}"]
     line = f"The thesis's own settings ({which}): error {_error_words(thesis)} for {_cost(thesis)}."
@@ -424,9 +426,9 @@ def main(
             raise RunStopped(f"the scene as it is gives no answer: {points[0]['sentence']}")
         entries = all_results[0]["summary"]["quantities"]
         names, counts = judged(entries, quantities)
-        series = [p for p in points if p["status"] == "done" and (p["name"] == BASE or p["name"].startswith(("spacing", "quality")))]
+        series = [p for p in points if p["status"] == "done" and p["settings"].keys() <= {"quality", "numerics.spacing"}]
         refs = references(points[0], names, series, entries)
-        thesis = next((name for name in THESIS_POINTS if name in chosen and scene.shells), None)
+        thesis = next((name for name in (THESIS, PAPER) if name in chosen and scene.shells), None)
         measure = "processor" if points[0]["processor"] >= LEAST else "node_steps"
         for p in points:
             p["error"], p["cost"] = error_of(p, refs, counts), p[measure]

@@ -14,6 +14,7 @@ from .plots import PALETTE, SOFT_LINE, STYLE
 
 FAMILIES = {"spacing": PALETTE[0], "quality": PALETTE[0], "thesis": PALETTE[1], "collocation": PALETTE[1], "support": PALETTE[3]}
 OTHERS = PALETTE[2]
+WIDE = 28  # letters of a name
 LEAST = 1e-4  # an error below is drawn there: the axis is logarithmic
 
 
@@ -29,7 +30,7 @@ def render_price(record: Mapping[str, Any], path: Path) -> Path:
             _points(axes, points, key, scale)
             _others(axes, [p for p in record["points"] if p["status"] == "done" and p["error"] is None], key, scale)
             axes.set_xlabel(label)
-        left.set_ylabel("error of " + " and ".join(record["references"]))
+        left.set_ylabel("error of " + "\nand ".join(record["references"]), fontsize=9)
         figure.suptitle(f"{record['title']}: what accuracy costs", x=0.02, ha="left", fontweight="bold")
         figure.text(
             0.02, 0.01, "line: points that no other one beats; bar: runs with nodes moved at random; square: the scene as it is; "
@@ -81,4 +82,4 @@ def _label(axes: plt.Axes, entries: list[tuple[str, float, float]]) -> None:
         if any(abs(at[0] - t[0]) < 75 and abs(at[1] - t[1]) < 11 for t in taken):
             continue
         taken.append(at)
-        axes.annotate(name, (x, y), xytext=(6, 3), textcoords="offset points", fontsize=7.5, color="#2b333a")
+        axes.annotate(name if len(name) <= WIDE else name[: WIDE - 1] + "…", (x, y), xytext=(6, 3), textcoords="offset points", fontsize=7.5, color="#2b333a")

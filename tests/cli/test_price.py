@@ -78,7 +78,7 @@ def test_knobs_turned_together():
     scene = load_scene(path)
     found = price.together(path, scene, ["quality=standard, spacing=0.4mm", "support=1"])
     assert list(found.values()) == [{"quality": "standard", "numerics.spacing": "0.4mm"}, {"numerics.formulation.support": "1"}]
-    assert list(found)[0] == "quality = standard, spacing = 0.4mm"
+    assert list(found) == ["quality standard, spacing 0.4mm", "support 1"]
     with pytest.raises(SceneError, match="--also 'support' is not of the form key=value,key=value"):
         price.together(path, scene, ["support"])
 
@@ -142,7 +142,7 @@ def record(*points):
 def several():
     return [
         point(price.BASE, 1.02, 10), point("quick", 1.028, 4), point("rough", 1.2, 1), point("fine", 1.004, 40), point("fool", 1.03, 50),
-        point("lucky", 1.0, 2, met=False), point("gone", None, 0.1, status="failed"), point(price.THESIS, 1.05, 30),
+        point("lucky", 1.0, 2, met=False), point("gone", None, 0.1, status="failed"), point(price.THESIS, 1.05, 30) | {"settings": {"formulation": "collocation"}},
     ]  # fmt: skip
 
 
