@@ -147,8 +147,8 @@ def velocity_before(bodies: ti.template(), p, arm):
 
 
 @ti.func
-def velocity_free(bodies: ti.template(), p, arm, kick, half_time):
-    """The same at the half step to come, if there were no contact (T 3.17)."""
+def velocity_free(bodies: ti.template(), p, arm, kick, half_time, times):
+    """The same at the half step to come, if there were no contact (T 3.17). times: the fluid's kick over that of the others."""
     v = arm * 0.0
     if ti.static(bodies.has_shell):
         if p < bodies.ns:
@@ -165,7 +165,7 @@ def velocity_free(bodies: ti.template(), p, arm, kick, half_time):
     if ti.static(bodies.has_fluid):
         if p >= bodies.ns and p < bodies.ns + bodies.nf:
             j = p - bodies.ns
-            v = ti.cast(bodies.fluid.v[j] + kick / bodies.fluid.mass[j] * bodies.fluid.force[j], ti.f64)
+            v = ti.cast(bodies.fluid.v[j] + times * kick / bodies.fluid.mass[j] * bodies.fluid.force[j], ti.f64)
     if ti.static(bodies.has_rigids):
         if p >= bodies.ns + bodies.nf:
             r = p - bodies.ns - bodies.nf

@@ -60,7 +60,7 @@ class Contact:
         self.pairs.search(self.skin)
         if not self.pairs.n:
             return
-        _measure(self, self.pairs.n, 0.0, 0.0, 0.0, self.skin, 0)
+        _measure(self, self.pairs.n, 0.0, 0.0, 0.0, self.skin, 0, 1)
         gap = runtime.get(self.pairs.gap, self.pairs.n)
         kind = runtime.get(self.pairs.kind, self.pairs.n)
         gap[kind > FLUID_RIGID] = 0.0
@@ -78,9 +78,9 @@ class Contact:
                 two = f"rigid '{names[owner[other]]}'"
             raise SceneError(f"{one} starts {1e3 * -gap[k]:.3g} mm inside {two}: move one of them away, pinballs touch at most")
 
-    def add(self, dt_before: float, dt: float, half_time: float, renumbered: bool = False) -> None:
+    def add(self, dt_before: float, dt: float, half_time: float, renumbered: bool = False, times: int = 1) -> None:
         """Forces of contact at the present time, once all others are known. renumbered: the fluid's particles stand in
-        another order than at the step before."""
+        another order than at the step before; times: how many steps the fluid takes at once now, 0 when it is not its turn."""
         began = clock.perf_counter()
         bodies, pairs = self.bodies, self.pairs
         kick = 0.5 * (dt_before + dt)
@@ -89,18 +89,19 @@ class Contact:
         if bodies.has_fluid:
             _calm(bodies.fluid, bodies.nf)
         top = _fastest(bodies, bodies.ns, bodies.nf, bodies.nr)
-        self.travelled += dt * top  # by the end of the step to come
+        ahead = max(times, 1) * dt * top
+        self.travelled += ahead  # by the end of the step to come
         if renumbered or 2.0 * self.travelled > 0.9 * self.skin:
-            pairs.search(self.skin + 2.0 * dt * top)
-            self.travelled = dt * top
+            pairs.search(self.skin + 2.0 * ahead)
+            self.travelled = ahead
         self.iterations = 0
         if pairs.n:
-            largest = _measure(self, pairs.n, dt, kick, half_time, self.skin, 1)
+            largest = _measure(self, pairs.n, dt, kick, half_time, self.skin, 1, times)
             if largest > 0.0:
                 _shares(self, pairs.n_who)
                 _weigh(self, pairs.n)
                 self._solve(max(largest, SMALL * top))
-                _push(self, pairs.n_who, 1.0 / kick)
+                _push(self, pairs.n_who, 1.0 / kick, max(times, 1))
             self.touching = _book(self, pairs.n, self.blocks, dt_before, dt, 1.0 / kick, int(largest > 0.0))
         else:
             _book(self, 0, self.blocks, dt_before, dt, 1.0, 0)
@@ -241,17 +242,17 @@ def _geometry(contact: ti.template(), k):
 
 
 @ti.func
-def _speeds(contact: ti.template(), k, kick, half_time):
+def _speeds(contact: ti.template(), k, kick, half_time, times):
     """Normal speeds of pair k: at the half step before, and free at the half step to come [m/s]."""
     a, b, arm_a, arm_b, n = contact.pairs.a[k], contact.pairs.b[k], contact.pairs.arm_a[k], contact.pairs.arm_b[k], contact.pairs.normal[k]
     before = (velocity_before(contact.bodies, a, arm_a) - velocity_before(contact.bodies, b, arm_b)).dot(n)
-    free = (velocity_free(contact.bodies, a, arm_a, kick, half_time) - velocity_free(contact.bodies, b, arm_b, kick, half_time)).dot(n)
+    free = (velocity_free(contact.bodies, a, arm_a, kick, half_time, times) - velocity_free(contact.bodies, b, arm_b, kick, half_time, times)).dot(n)
     return before, free
 
 
 @ti.kernel
 def _measure(
-    contact: ti.template(), n: ti.i32, dt: ti.f64, kick: ti.f64, half_time: ti.f64, skin: ti.f64, speeds: ti.i32
+    contact: ti.template(), n: ti.i32, dt: ti.f64, kick: ti.f64, half_time: ti.f64, skin: ti.f64, speeds: ti.i32, times: ti.i32
 ) -> ti.f64:
     """Where each pair is and how fast it closes; the largest free approach beyond what is allowed [m/s]."""
     top = ti.cast(0.0, ti.f64)
@@ -264,9 +265,16 @@ def _measure(
                 contact.pairs.arm_a[k] = point - contact.bodies.rigids.x[contact.pairs.a[k] - first]
             if contact.pairs.b[k] >= first:
                 contact.pairs.arm_b[k] = point - contact.bodies.rigids.x[contact.pairs.b[k] - first]
-        if speeds == 1:
-            before, free = _speeds(contact, k, kick, half_time)
-            slack = free + ti.max(gap, 0.0) / dt
+        kind = contact.pairs.kind[k]
+        wet = kind == FLUID_SHELL or kind == FLUID_RIGID
+        if wet and times == 0:  # not its turn; p waits
+            contact.pairs.near[k] = 0
+        elif speeds == 1:
+            step = dt
+            if wet:
+                step *= times
+            before, free = _speeds(contact, k, kick, half_time, times)
+            slack = free + ti.max(gap, 0.0) / step
             if ti.static(contact.bodies.has_rigids):
                 if contact.pairs.kind[k] == RIGID_RIGID and slack < 0.0 and before < 0.0:
                     first = contact.bodies.ns + contact.bodies.nf
@@ -275,7 +283,7 @@ def _measure(
                         slack = free + e * before
             contact.pairs.before[k], contact.pairs.free[k], contact.pairs.slack[k] = before, free, slack
             near = 0
-            if gap + dt * ti.min(free, 0.0) < 0.3 * skin:
+            if gap + step * ti.min(free, 0.0) < 0.3 * skin:
                 near = 1
             contact.pairs.near[k] = near
             if near == 0:
@@ -381,7 +389,7 @@ def _error(contact: ti.template(), n: ti.i32) -> ti.f64:
 
 
 @ti.kernel
-def _push(contact: ti.template(), n_who: ti.i32, per_kick: ti.f64):
+def _push(contact: ti.template(), n_who: ti.i32, per_kick: ti.f64, times: ti.i32):
     """The impulses as forces on the pools."""
     for m in range(n_who):
         p = contact.pairs.who[m]
@@ -392,7 +400,7 @@ def _push(contact: ti.template(), n_who: ti.i32, per_kick: ti.f64):
                 contact.bodies.nodes.force[p] += ti.cast(force, float)
         if ti.static(contact.bodies.has_fluid):
             if p >= contact.bodies.ns and p < contact.bodies.ns + contact.bodies.nf:
-                contact.bodies.fluid.push[p - contact.bodies.ns] = ti.cast(force, float)
+                contact.bodies.fluid.push[p - contact.bodies.ns] = ti.cast(force / times, float)
         if ti.static(contact.bodies.has_rigids):
             r = p - contact.bodies.ns - contact.bodies.nf
             if r >= 0:
@@ -404,7 +412,7 @@ def _push(contact: ti.template(), n_who: ti.i32, per_kick: ti.f64):
 def _deepest(contact: ti.template(), n: ti.i32) -> ti.f64:
     top = ti.cast(0.0, ti.f64)
     for k in range(n):
-        if contact.pairs.p[k] > 0.0:
+        if contact.pairs.near[k] == 1 and contact.pairs.p[k] > 0.0:
             ti.atomic_max(top, -contact.pairs.gap[k])
     return top
 

@@ -47,8 +47,8 @@ class FluidPairs:
         if self.wets:
             self.wet.face(0.5 / (w.support * self.p.spacing))
 
-    def act(self, dt_before: float, dt: float) -> None:
-        """force, rate, s; books what viscosity, diffusion and lag take."""
+    def act(self, dt_before: float, dt: float, times: int = 1) -> None:
+        """force, rate, s; books what viscosity, diffusion and lag take. times: steps of the shell in dt."""
         w, d = self.water, self.p.spacing
         h = w.support * d
         diffusion = 2.0 * w.delta * h / (w.density * w.sound)
@@ -56,7 +56,7 @@ class FluidPairs:
         _act(self, self.near.near, touch, self.p.n, self.near.width, self.gravity, self.origin, dt_before, dt, w.stiffness, w.gamma, w.least, w.density, d, 0.5 / h,
              w.alpha * w.density * w.sound * h, w.beta * w.density * h * h, 0.01 * h * h, diffusion)  # fmt: skip
         if self.wets:
-            self.wet.bear(0.5 / h)
+            self.wet.bear(0.5 / h, times)
 
     @ti.func
     def pressure(self, stiffness, gamma, least, s):

@@ -88,6 +88,7 @@ class Wetted:
         self.stress = new("wet.stress", particles.n)  # N m: V (2 p + Pi) of each particle
         self.side = new("wet.side", particles.n, 4)  # n, and 1 / gamma - 1
         self.share = new("wet.share", particles.n)  # part of the rigid points' w that the shell does not cover
+        self.was = new("wet.was", n, 3, "f64")  # m, x at the fluid's step before
         self.built = new("wet.built", n, 3, "f64")  # m, x when the lists were made
         self.built_p = new("wet.built_particles", particles.n, 3, "f64")
         self.start = new("wet.start", particles.n + 1, dtype="i32")  # points of particle i: point[start[i]] on
@@ -113,7 +114,7 @@ class Wetted:
         self.skin = SKIN * self.spacing
         # 1.03: a particle's own support grows with its D (model.fluid.WIDEST)
         self.reach = 1.03 * 2.0 * support * self.spacing + self.half + self.skin
-        _lay(self, self.ns, self.nb)
+        _lay(self, self.ns, self.nb, 0.0)
         self.grid = CellGrid("wet.grid", self.built, n, self.reach)
         self.room = 0
         self.renew()
@@ -122,9 +123,10 @@ class Wetted:
         """`side` and `share` of the particles whose records are new; those with a side get a negative D. inverse: 1 / 2h_0."""
         _face(self, self.point, self.p.n, inverse)
 
-    def follow(self, renumbered: bool) -> None:
-        """Points where their bodies are now, and lists that still hold. renumbered: the particles stand in another order."""
-        _lay(self, self.ns, self.nb)
+    def follow(self, renumbered: bool, since: float = 0.0) -> None:
+        """Points where their bodies are now, and lists that still hold. renumbered: the particles stand in another order; since [s]: the
+        points' velocities are the means over that time, 0 for those of their bodies now."""
+        _lay(self, self.ns, self.nb, since)
         if renumbered or _travelled(self, self.p.n, self.n) > self.skin:
             self.renew()
 
@@ -150,13 +152,14 @@ class Wetted:
         self.point = runtime.new("wet.point", self.room, dtype="i32")
         self.particle = runtime.new("wet.particle", self.room, dtype="i32")
 
-    def bear(self, inverse: float) -> None:
-        """The forces of the particles, once their `stress` is known, onto nodes and bodies. inverse: 1 / 2h_0."""
+    def bear(self, inverse: float, times: int = 1) -> None:
+        """The forces of the particles, once their `stress` is known, onto nodes and bodies. inverse: 1 / 2h_0; times: as one blow of so
+        many steps."""
         _gather(self, self.particle, self.n, inverse)
         if self.has_shell:
-            _onto_nodes(self, self.ns)
+            _onto_nodes(self, self.ns, times)
         if self.nb:
-            _onto_bodies(self, self.rigids.n)
+            _onto_bodies(self, self.rigids.n, times)
 
     @ti.func
     def facet(self, k, x, D, inverse):
@@ -201,10 +204,11 @@ class Wetted:
 
     def state(self) -> dict[str, np.ndarray]:
         """Lists are made again from where everything was when they were made."""
-        return {"wet.built": runtime.get(self.built, self.n), "wet.built_particles": runtime.get(self.built_p, self.p.n)}
+        return {"wet.built": runtime.get(self.built, self.n), "wet.was": runtime.get(self.was, self.n), "wet.built_particles": runtime.get(self.built_p, self.p.n)}
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         runtime.put(self.built, np.asarray(state["wet.built"]))
+        runtime.put(self.was, np.asarray(state["wet.was"]))
         runtime.put(self.built_p, np.asarray(state["wet.built_particles"]))
         self._list()
 
@@ -222,8 +226,19 @@ def place(nodes: ti.template(), i):
     return nodes.X[i] + ti.cast(nodes.u[i], ti.f64)
 
 
+@ti.func
+def _note(t: ti.template(), k, x, a, v, since):
+    if since > 0.0:
+        v = (x - t.was[k]) / since
+    t.x[k], t.was[k] = x, x
+    for c in ti.static(range(3)):
+        t.record[k][c] = ti.cast(x[c] - t.origin[c], float)
+        t.record[k][3 + c] = ti.cast(a[c], float)
+        t.record[k][6 + c] = ti.cast(v[c], float)
+
+
 @ti.kernel
-def _lay(t: ti.template(), ns: ti.i32, nb: ti.i32):
+def _lay(t: ti.template(), ns: ti.i32, nb: ti.i32, since: ti.f64):
     """Records of the points now."""
     if ti.static(t.has_shell):
         for i in range(ns):
@@ -237,11 +252,8 @@ def _lay(t: ti.template(), ns: ti.i32, nb: ti.i32):
                     one = place(t.nodes, t.cells.corner[s][2]) - place(t.nodes, t.cells.corner[s][0])
                     two = place(t.nodes, t.cells.corner[s][3 if last == 3 else 0]) - place(t.nodes, t.cells.corner[s][1])
                     a += 0.5 * t.turn[s] / (last + 1.0) * one.cross(two)
-            t.x[i] = x
-            for c in ti.static(range(3)):
-                t.record[i][c] = ti.cast(x[c] - t.origin[c], float)
-                t.record[i][3 + c] = ti.cast(a[c], float)
-                t.record[i][6 + c] = t.nodes.v[i][c]
+            v = ti.cast(t.nodes.v[i], ti.f64)
+            _note(t, i, x, a, v, since)
     if ti.static(t.has_rigids):
         for b in range(nb):
             r = t.owner[b]
@@ -249,11 +261,7 @@ def _lay(t: ti.template(), ns: ti.i32, nb: ti.i32):
             x = t.rigids.x[r] + arm
             a = turned(t.rigids.q[r], t.facing[b])
             v = t.rigids.v[r] + spin_of(t.rigids, r).cross(arm)
-            t.x[ns + b] = x
-            for c in ti.static(range(3)):
-                t.record[ns + b][c] = ti.cast(x[c] - t.origin[c], float)
-                t.record[ns + b][3 + c] = ti.cast(a[c], float)
-                t.record[ns + b][6 + c] = ti.cast(v[c], float)
+            _note(t, ns + b, x, a, v, since)
 
 
 @ti.kernel
@@ -390,17 +398,17 @@ def _gather(t: ti.template(), particle: ti.template(), points: ti.i32, inverse_0
 
 
 @ti.kernel
-def _onto_nodes(t: ti.template(), ns: ti.i32):
+def _onto_nodes(t: ti.template(), ns: ti.i32, times: ti.i32):
     for i in range(ns):
-        t.nodes.force[i] += t.push[i]
+        t.nodes.force[i] += times * t.push[i]
 
 
 @ti.kernel
-def _onto_bodies(t: ti.template(), bodies: ti.i32):
+def _onto_bodies(t: ti.template(), bodies: ti.i32, times: ti.i32):
     for r in range(bodies):
         force, torque = t.rigids.force[r], t.rigids.torque[r]
         for b in range(t.first[r], t.first[r + 1]):
-            push = ti.cast(t.push[t.ns + b], ti.f64)
+            push = times * ti.cast(t.push[t.ns + b], ti.f64)
             force += push
             torque += (t.x[t.ns + b] - t.rigids.x[r]).cross(push)
         t.rigids.force[r], t.rigids.torque[r] = force, torque

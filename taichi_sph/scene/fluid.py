@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, StrictInt, model_validator
 
 from .base import Choice, Frozen, Point
 from .units import Density, Dimensionless, Length, Pressure, Speed
@@ -66,7 +66,8 @@ class Fluid(Frozen):
     """A body of fluid particles. `spacing` None: that of the numerics. `support` h / D (T 1.27), `alpha` and `beta` the
     artificial viscosity (T 1.24), `delta` the diffusion of density (docs/method.md). `hydrostatic`: at rest under the
     gravity of the scene from the start, the highest particle without pressure. `contact` with shells and rigid bodies:
-    None by its pressure, with pinballs behind it (forces/wetted.py), or by pinballs alone (T 3.3), whose plastic blows take energy."""
+    None by its pressure, with pinballs behind it (forces/wetted.py), or by pinballs alone (T 3.3), whose plastic blows take energy.
+    `every`: steps of the shell between two of the fluid, whose pressure it then feels as one blow of so many (docs/method.md); None: 1."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]
     fill: Annotated[FluidBox | ShellFill, Field(discriminator="kind")]
@@ -74,6 +75,7 @@ class Fluid(Frozen):
     velocity: tuple[Speed, Speed, Speed] = (0.0, 0.0, 0.0)
     hydrostatic: bool = True
     contact: Literal["pinballs"] | None = None
+    every: Annotated[StrictInt, Field(ge=1, le=20)] | None = None
     spacing: Annotated[Length, Field(gt=0)] | None = None
     support: Annotated[Dimensionless, Field(ge=1.0, le=2.0)] = 1.165
     alpha: Annotated[Dimensionless, Field(ge=0, le=3)] = 0.1

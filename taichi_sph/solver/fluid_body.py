@@ -27,6 +27,7 @@ from ..scene.fluid import ShellFill
 from .fluid_motion import drift, fastest, stored_energy
 
 LIMIT = 0.515  # h / c: the step that is stable with alpha up to 1.5 (docs/method.md)
+HEAVIEST = 1.22  # 1 / gamma of a layer at D/2 (forces/wetted.py): so much faster it swings along the wall
 STIFF, SWING = 0.88, 0.64  # (2 D w)^2 of a layer at D/2 (forces/wetted.py); omega dt of it, some room below 0.70
 
 
@@ -116,19 +117,19 @@ class FluidBody:
         self.near.list()
         self.sorts += 1
 
-    def rates(self, dt_before: float, dt: float) -> bool:
+    def rates(self, dt_before: float, dt: float, times: int = 1) -> bool:
         """Forces and density rates at the positions now; True when the particles were put in another order.
 
-        dt_before led here (0 at the start), dt will lead on.
+        dt_before led here (0 at the start), dt will lead on, in `times` steps of the shell.
         """
         moved, _ = self.near.moved()
         worn = moved >= self.skin
         if worn:
             self.sort()
         if self.wet is not None:
-            self.wet.follow(worn)
+            self.wet.follow(worn, dt_before if times > 1 else 0.0)
         self.pairs.pack(dt_before)
-        self.pairs.act(dt_before, dt)
+        self.pairs.act(dt_before, dt, times)
         return worn
 
     def kick_and_drift(self, dt_before: float, dt: float, pushed: bool = False) -> None:
@@ -144,7 +145,7 @@ class FluidBody:
         pace = self.p.spacing / (self.water.sound + self.fastest())
         longest = LIMIT * self.water.support * pace
         if self.wet is not None:
-            longest = min(longest, SWING * pace / math.sqrt(STIFF * (1.0 + self.water.density * self.p.spacing / self.wet.lightest)))
+            longest = min(longest / HEAVIEST, SWING * pace / math.sqrt(STIFF * (1.0 + self.water.density * self.p.spacing / self.wet.lightest)))
         return longest
 
     def fastest(self) -> float:

@@ -71,6 +71,8 @@ class Simulation:
         meets_itself = self.shell is not None and bool(self.shell.self_contact)
         meets = self.rigids is not None or (self.fluid is not None and self.shell is not None) or meets_itself
         self.contact = self._contact(meets_itself) if meets else None
+        self.every = scene.fluids[0].every or 1 if self.fluid is not None and self.shell is not None else 1
+        self.refit = False  # dt is too long now; it changes when the fluid takes its next step
         self.ledger = Ledger(self)
         self.watchdog = Watchdog(self)
         if self.shell is not None:
@@ -171,7 +173,12 @@ class Simulation:
         """The stable step, shortened so that a whole number of steps ends the run."""
         left = self.scene.duration - self.time
         longest = min(self._steps().values())
-        self.dt = left / max(1, math.ceil(left / longest * (1 - 1e-12))) if left > 0 else longest
+        self.dt = left / self._whole(max(1, math.ceil(left / longest * (1 - 1e-12)))) if left > 0 else longest
+        self.refit = False
+
+    def _whole(self, steps: int) -> int:
+        """So many steps, or a few more: whole steps of the fluid."""
+        return math.ceil(steps / self.every) * self.every
 
     def _steps(self) -> dict[str, float]:
         """The longest step of each body, by what rules it [s]."""
@@ -179,7 +186,7 @@ class Simulation:
         if self.stable is not None:
             steps[f"{self.stable.safety:g} of 2/omega_max"] = self.stable.dt
         if self.fluid is not None:
-            steps["sound in the fluid"] = self.scene.numerics.time_step_safety * self.fluid.stable_dt()
+            steps["sound in the fluid"] = self.scene.numerics.time_step_safety * self.fluid.stable_dt() / self.every
         return steps or {"the smallest pinball": self._rigid_dt()}
 
     def _rigid_dt(self) -> float:
@@ -238,7 +245,8 @@ class Simulation:
             self._dt_before = self.dt
             self.time += self.dt
             self.step += 1
-            if (self.stable is not None and self.stable.watch()) or self._fluid_hastens():
+            self.refit |= (self.stable is not None and self.stable.watch()) or self._fluid_hastens()
+            if self.refit and self.step % self.every == 0:
                 self._fit_dt()
         self.stepping += clock.perf_counter() - began
         self.watchdog.look(self.energies())
@@ -247,12 +255,12 @@ class Simulation:
         """Whether the fluid has become too fast for the step; looked at now and then."""
         if self.fluid is None or self.step % LOOK:
             return False
-        return self.scene.numerics.time_step_safety * self.fluid.stable_dt() < self.dt
+        return self.scene.numerics.time_step_safety * self.fluid.stable_dt() < self.every * self.dt
 
     def advance_to(self, time: float) -> None:
         """Whole steps until `time` is reached, but for the rounding of their sum, or passed."""
         while (steps := math.ceil((time - self.time) / self.dt - 0.5e-6)) > 0:
-            self.advance(steps)  # dt may become shorter on the way
+            self.advance(self._whole(steps))  # dt may become shorter on the way
 
     def energies(self) -> dict[str, float]:
         """The ledger [J] at the time of the last force evaluation, `time` [s] among them."""

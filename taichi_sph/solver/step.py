@@ -11,6 +11,9 @@
 Energies belong to time n: kinetic = 1/2 m v_n-1/2 . v_n+1/2, and the work of a force is trapezoidal,
 1/2 (f_n + f_n+1) . (u_n+1 - u_n). With these the discrete balance closes to rounding for a linear body, so
 what is left over is a measure of the rest.
+
+A fluid may take a step only `every` steps of the shell, so many times as long. What it presses on the shell then comes as one
+blow of all of them (r-RESPA, Tuckerman et al. 1992): both bodies get the same impulse.
 """
 
 from ..forces.loads import history, undrilled
@@ -33,13 +36,15 @@ def step(sim, dt_before: float, dt: float) -> None:
         sim.loads.update(sim.time)
     if sim.rigids is not None:
         rest(sim.rigids, sim.rigids.n)
-    renumbered = sim.fluid is not None and sim.fluid.rates(dt_before, dt)
+    due = sim.fluid is not None and sim.step % sim.every == 0
+    water = (sim.fluid.dt, sim.every * dt) if due else (0.0, 0.0)  # the fluid's own steps, before and to come
+    renumbered = due and sim.fluid.rates(*water, sim.every)
     if sim.contact is not None:
-        sim.contact.add(dt_before, dt, half_time, renumbered)
+        sim.contact.add(dt_before, dt, half_time, renumbered, sim.every if due else 0)
     if sim.shell is not None:
         _kick_and_drift(sim.nodes, sim.loads, sim.nodes.n, dt_before, dt, half_time)
-    if sim.fluid is not None:
-        sim.fluid.kick_and_drift(dt_before, dt, sim.contact is not None)
+    if due:
+        sim.fluid.kick_and_drift(*water, sim.contact is not None)
     if sim.rigids is not None:
         move(sim.rigids, sim.rigids.n, dt_before, dt)
 

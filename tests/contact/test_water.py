@@ -11,7 +11,7 @@ from taichi_sph.scene import Box, Cylinder, Fluid, Material, Numerics, Pinball, 
 STEEL = Material(name="steel", young=210e9, poisson=0.3, density=7800.0)
 
 
-def can(level=None, gravity=None, velocity=(0.0, 0.0, 0.0), held=False, rigids=(), duration=1e-3, **more) -> Scene:
+def can(level=None, gravity=None, velocity=(0.0, 0.0, 0.0), held=False, rigids=(), duration=1e-3, every=None, **more) -> Scene:
     """A steel can of 200 x 100 mm, full of water."""
     motions = [PrescribedVelocity(shell="can", where=Box(), velocity=(0, 0, 0), spin=(0, 0, 0))] if held else []
     return Scene(
@@ -21,7 +21,7 @@ def can(level=None, gravity=None, velocity=(0.0, 0.0, 0.0), held=False, rigids=(
         shells=[
             Shell(name="can", surface=Cylinder(radius=0.05, length=0.2, ends="discs"), thickness=1e-3, material=STEEL, motion="free")
         ],
-        fluids=[Fluid(name="water", fill=ShellFill(shell="can", level=level), velocity=velocity)],
+        fluids=[Fluid(name="water", fill=ShellFill(shell="can", level=level), velocity=velocity, every=every)],
         rigids=rigids,
         motions=motions,
         gravity=gravity,
@@ -42,8 +42,9 @@ def momentum(sim):
     return shell + sim.fluid.p.one * runtime.get(sim.fluid.p.v, sim.fluid.p.n).astype(float).sum(axis=0)
 
 
-def test_water_thrown_at_its_can_gives_it_its_momentum():
-    sim = start(can(velocity=(30.0, 0, 10.0)))
+@pytest.mark.parametrize("every", [None, 2])
+def test_water_thrown_at_its_can_gives_it_its_momentum(every):
+    sim = start(can(velocity=(30.0, 0, 10.0), every=every))
     before = momentum(sim)
     sim.advance(300)
     assert momentum(sim) == pytest.approx(before, rel=1e-12)
@@ -51,7 +52,7 @@ def test_water_thrown_at_its_can_gives_it_its_momentum():
     entries = sim.energies()
     assert entries["fluid viscous"] > 0
     assert abs(entries["contact"]) < 1e-3 * entries["injected"]  # pressure stops it before the pinballs do
-    assert abs(entries["closed_residual_percent"]) < 0.5
+    assert abs(entries["closed_residual_percent"]) < (0.5 if every is None else 2.0)
     assert sim.tracks()["leak"]["escaped_count"] == 0
 
 
@@ -65,11 +66,12 @@ def test_a_sound_can_at_rest_under_gravity_stays_so():
     assert (v**2).sum(axis=1).mean() < 1e-2 * 2 * 9.81 * 0.2
 
 
-def test_restart_is_exact_with_water_and_striker():
+@pytest.mark.parametrize("every", [None, 2])
+def test_restart_is_exact_with_water_and_striker(every):
     bullet = Rigid(name="bullet", mass=0.03, pinballs=[Pinball(centre=(0.065, 0, 0.1), radius=0.009)], velocity=(-200.0, 0, 0))
 
     def make():
-        return start(can(rigids=[bullet], duration=2e-4))
+        return start(can(rigids=[bullet], duration=2e-4, every=every))
 
     whole = make()
     whole.advance(60)
