@@ -208,7 +208,7 @@ def weights(t: ti.template(), touch: ti.template(), i, x, v, D, inverse):
             seen, moving = t.wet.seen(found, image, x), t.wet.reflected(found, image, v)
             for e in range(t.wet.start[i], t.wet.start[i + 1]):
                 k = touch[e]
-                w = t.wet.facet(k, seen, D, inverse)
+                w = t.wet.whole(found, image, i) * t.wet.facet(k, seen, D, inverse)
                 if k >= t.wet.ns:
                     w *= t.wet.share[i]
                 closing += w.dot(moving - ti.Vector([t.wet.record[k][6], t.wet.record[k][7], t.wet.record[k][8]]))

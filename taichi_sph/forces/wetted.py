@@ -49,7 +49,7 @@ FULL = 1.5  # |w| on a plane through the particle, over 1 / 2h: the integral of 
 @dataclass(frozen=True)
 class Wettable:
     """What a fluid can wet. mesh, nodes, cells, thickness [m] of the shell, or None; rigids: RigidBodies or None, and their
-    scene.Rigid."""
+    scene.Rigid; held (N,) bool: nodes that nothing moves."""
 
     mesh: object = None
     nodes: object = None
@@ -57,6 +57,7 @@ class Wettable:
     thickness: float = 0.0
     rigids: object = None
     bodies: tuple = ()
+    held: np.ndarray | None = None
 
 
 @ti.data_oriented
@@ -105,12 +106,15 @@ class Wetted:
             runtime.put(self.facing, facing)
             runtime.put(self.owner, owner)
             runtime.put(self.first, np.searchsorted(owner, np.arange(len(what.bodies) + 1)).astype(np.int32))
-        # kg/m2 of the lightest wet shell that is free to move; what is held, or rigid, does not swing with its water
-        self.lightest = np.inf
+        # kg/m2 of the lightest wet body that is free to move, a rigid one wet on a third of its surface: the projection of a ball on a plane
+        weights = [np.inf]
         if self.has_shell:
-            free = runtime.get(what.nodes.fixed, self.ns) == 0
-            if free.any():
-                self.lightest = float((runtime.get(what.nodes.mass, self.ns) / what.mesh.node_areas)[free].min())
+            free = ~what.held
+            weights += list(runtime.get(what.nodes.mass, self.ns)[free] / what.mesh.node_areas[free])
+        for r, body in enumerate(what.bodies):
+            if not body.held:
+                weights.append(3.0 * body.mass / np.linalg.norm(facing[owner == r], axis=1).sum())
+        self.lightest = float(np.min(weights))
         self.skin = SKIN * self.spacing
         # 1.03: a particle's own support grows with its D (model.fluid.WIDEST)
         self.reach = 1.03 * 2.0 * support * self.spacing + self.half + self.skin
@@ -194,6 +198,16 @@ class Wetted:
         if ti.static(self.walls.n > 0):
             result = self.walls.mirrored(found, image, x, self.origin)
         return result
+
+    @ti.func
+    def whole(self, found, image, i):
+        """How much of an image particle i gets: less around the hole of a wall, as of the images of its neighbours."""
+        result = ti.cast(1.0, ti.f64)
+        if ti.static(self.walls.n > 0):
+            for c in ti.static(range(3)):
+                if (image >> c) & 1:
+                    result *= self.walls.share(found[c], self.p.x[i], 2.0 * self.spacing)
+        return ti.cast(result, float)
 
     @ti.func
     def reflected(self, found, image, a):
@@ -360,8 +374,7 @@ def _face(t: ti.template(), point: ti.template(), n: ti.i32, inverse_0: float):
             for image in range(0, 1 << count):
                 seen = t.seen(found, image, x)
                 for e in range(t.start[i], t.start[i + 1]):
-                    w = t.facet(point[e], seen, D, inverse)
-                    w = t.reflected(found, image, w)
+                    w = t.whole(found, image, i) * t.reflected(found, image, t.facet(point[e], seen, D, inverse))
                     if point[e] < t.ns:
                         shell += w
                     else:
@@ -390,7 +403,7 @@ def _gather(t: ti.template(), particle: ti.template(), points: ti.i32, inverse_0
             inverse = inverse_0 * t.spacing / D
             found, count = t.images(i, inverse)
             for image in range(0, 1 << count):
-                w = t.facet(k, t.seen(found, image, x), D, inverse)
+                w = t.whole(found, image, i) * t.facet(k, t.seen(found, image, x), D, inverse)
                 if k >= t.ns:
                     w *= t.share[i]
                 push -= t.stress[i] * w
@@ -407,8 +420,9 @@ def _onto_nodes(t: ti.template(), ns: ti.i32, times: ti.i32):
 def _onto_bodies(t: ti.template(), bodies: ti.i32, times: ti.i32):
     for r in range(bodies):
         force, torque = t.rigids.force[r], t.rigids.torque[r]
+        water = force * 0.0
         for b in range(t.first[r], t.first[r + 1]):
-            push = times * ti.cast(t.push[t.ns + b], ti.f64)
-            force += push
-            torque += (t.x[t.ns + b] - t.rigids.x[r]).cross(push)
-        t.rigids.force[r], t.rigids.torque[r] = force, torque
+            push = ti.cast(t.push[t.ns + b], ti.f64)
+            water += push
+            torque += times * (t.x[t.ns + b] - t.rigids.x[r]).cross(push)
+        t.rigids.force[r], t.rigids.torque[r], t.rigids.water[r] = force + times * water, torque, water

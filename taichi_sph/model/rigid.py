@@ -24,6 +24,8 @@ class RigidBodies:
         self.q = new("rigid.q", n, 4, "f64")  # quaternion (w, x, y, z) from t = 0 to now
         self.L = new("rigid.L", n, 3, "f64")  # kg m2/s, angular momentum about the centre of mass
         self.force = new("rigid.force", n, 3, "f64")  # N, water and contact
+        self.water = new("rigid.water", n, 3, "f64")  # N, of the water, since its last step
+        self.felt = new("rigid.felt", n, 3, "f64")  # N, of water and contact, spread over the steps that the water's blow stands for
         self.f_max = new("rigid.f_max", n, dtype="f64")  # N, largest |force| of the steps since it was last taken
         self.torque = new("rigid.torque", n, 3, "f64")  # N m, about the centre of mass
         self.weight = new("rigid.weight", n, 3, "f64")  # N, gravity
@@ -70,11 +72,11 @@ class RigidBodies:
 
     def history(self) -> dict[str, object]:
         """Fields that are history, with their lengths."""
-        names = ("x", "v", "q", "L", "force", "f_max", "torque", "work", "ahead", "kinetic")
+        names = ("x", "v", "q", "L", "force", "water", "felt", "f_max", "torque", "work", "ahead", "kinetic")
         return {f"rigid.{name}": (getattr(self, name), self.n) for name in names}
 
     def hardest(self) -> np.ndarray:
-        """(n,) largest contact force [N] of all steps since the last call."""
+        """(n,) largest force of water and contact [N] of all steps since the last call."""
         found = runtime.get(self.f_max, self.n)
         self.f_max.fill(0.0)
         return found
@@ -162,8 +164,9 @@ def place(rigids: ti.template(), n_balls: ti.i32):
 
 
 @ti.kernel
-def move(rigids: ti.template(), n: ti.i32, dt_before: ti.f64, dt: ti.f64):
-    """Kick by the contact found and by gravity, then drift; energies as in solver.step."""
+def move(rigids: ti.template(), n: ti.i32, dt_before: ti.f64, dt: ti.f64, times: ti.i32):
+    """Kick by water, contact and gravity, then drift; energies as in solver.step. times: how many steps the water's blow in `force`
+    stands for, 0 where it is not in it."""
     kick = 0.5 * (dt_before + dt)
     for r in range(n):
         before, L_before = rigids.v[r], rigids.L[r]
@@ -176,7 +179,8 @@ def move(rigids: ti.template(), n: ti.i32, dt_before: ti.f64, dt: ti.f64):
             before, L_before = 2.0 * before - v, 2.0 * L_before - L
         q = rigids.q[r]
         rigids.kinetic[r] = 0.5 * rigids.mass[r] * before.dot(v) + 0.5 * L_before.dot(spun(rigids, r, q, L))
-        rigids.f_max[r] = ti.max(rigids.f_max[r], rigids.force[r].norm())
+        rigids.felt[r] = rigids.force[r] + (1 - times) * rigids.water[r]
+        rigids.f_max[r] = ti.max(rigids.f_max[r], rigids.felt[r].norm())
         rigids.v[r], rigids.L[r] = v, L
         rigids.x[r] += dt * v
         half_way = rolled(q, 0.5 * dt * spun(rigids, r, q, L))

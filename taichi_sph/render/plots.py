@@ -192,7 +192,7 @@ def targets(summary: dict[str, Any]) -> Figure:
 
 
 def strikers(run: RunFolder) -> Figure | None:
-    """Speed of the rigid bodies against time; below, the contact force on them. None where none moves."""
+    """Speed of the rigid bodies against time; below, the force on them. None where none moves."""
     found = {name: run.history(perforation.PREFIX + name) for name in perforation.striker_names(run)}
     found = {name: h for name, h in found.items() if len(h) > 1 and perforation.speeds(h).max() > 0}
     if not found:
@@ -219,7 +219,7 @@ def strikers(run: RunFolder) -> Figure | None:
         top.set_ylabel("speed [m/s]")
         top.set_title(f"{run.scene.title}: striker" + ("s" if len(found) > 1 else ""))
         bottom.set_ylim(bottom=0)
-        bottom.set_ylabel(f"contact force [{force}]")
+        bottom.set_ylabel(f"force [{force}]")
         bottom.set_xlabel(f"time [{unit}]")
         top.margins(x=0)
         _direct_labels(top, ends, last * scale, 0.06)

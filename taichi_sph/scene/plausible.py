@@ -184,6 +184,15 @@ def _fluids(s: "Scene") -> None:
     for number, shell in enumerate(s.shells):
         if shell.motion == "in_plane":
             raise ValueError(f"fluids: shell '{shell.name}' moves in its plane and cannot hold a fluid; give it motion = 'free'")
+    if s.fluids[0].every not in (None, 1) and not s.shells:
+        raise ValueError(f"fluids[0].every = {s.fluids[0].every}: steps of a shell, and the scene has none; leave it out")
+    for number, wall in enumerate(s.walls):
+        for other, before in enumerate(s.walls[:number]):
+            cosine = sum(a * b for a, b in zip(wall.normal, before.normal)) / (math.hypot(*wall.normal) * math.hypot(*before.normal))
+            if 1e-6 < abs(cosine) < 1 - 1e-6:
+                raise ValueError(
+                    f"walls[{number}]: neither parallel nor at right angles to walls[{other}], and their images could not meet; turn one of them"
+                )
     _in_time(s, "a fluid moves", "fluids")
 
 

@@ -27,8 +27,8 @@ from ..scene.fluid import ShellFill
 from .fluid_motion import drift, fastest, stored_energy
 
 LIMIT = 0.515  # h / c: the step that is stable with alpha up to 1.5 (docs/method.md)
-HEAVIEST = 1.22  # 1 / gamma of a layer at D/2 (forces/wetted.py): so much faster it swings along the wall
-STIFF, SWING = 0.88, 0.64  # (2 D w)^2 of a layer at D/2 (forces/wetted.py); omega dt of it, some room below 0.70
+ALONG = 1.22  # 1 / gamma of a layer at D/2 (forces/wetted.py): so much faster it swings along the wall
+STIFF, SWING = 1.41, 0.64  # (2 D w)^2 of a layer at D/4, where pinballs stop it (forces/wetted.py); omega dt, some room below 0.70
 
 
 @dataclass(frozen=True)
@@ -140,12 +140,12 @@ class FluidBody:
     def stable_dt(self) -> float:
         """Largest stable step [s] (before any safety): LIMIT h / (c + |v|), shorter where a light shell swings against its water.
 
-        A shell of mass m per area and the layer along it swing with omega = c/D sqrt(STIFF (1 + rho D / m)); the one pass of
-        fluid_pairs is stable up to omega dt = 0.70."""
+        A body of mass m per area between two layers of water swings with omega = c/D sqrt(STIFF (1 + 2 rho D / m)); the one pass of
+        fluid_pairs is stable up to omega dt = 0.70 (docs/method.md, 11)."""
         pace = self.p.spacing / (self.water.sound + self.fastest())
         longest = LIMIT * self.water.support * pace
         if self.wet is not None:
-            longest = min(longest / HEAVIEST, SWING * pace / math.sqrt(STIFF * (1.0 + self.water.density * self.p.spacing / self.wet.lightest)))
+            longest = min(longest / ALONG, SWING * pace / math.sqrt(STIFF * (1.0 + 2.0 * self.water.density * self.p.spacing / self.wet.lightest)))
         return longest
 
     def fastest(self) -> float:

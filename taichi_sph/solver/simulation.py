@@ -129,8 +129,16 @@ class Simulation:
         wettable = None
         if fluid.contact is None and (self.shell is not None or self.rigids is not None):
             thickness = self.shell.thickness if self.shell is not None else 0.0
-            wettable = Wettable(self.mesh, self.nodes, self.cells, thickness, self.rigids, scene.rigids)
+            wettable = Wettable(self.mesh, self.nodes, self.cells, thickness, self.rigids, scene.rigids, self._held())
         return FluidBody(fluid, filling.points, filling.spacing, filling.mass, gravity, scene.walls, wettable=wettable)
+
+    def _held(self) -> np.ndarray:
+        """(N,) bool: nodes whose whole velocity is prescribed."""
+        if self.shell is None or not self.loads.moves:
+            return np.zeros(self.nodes.n if self.shell is not None else 0, bool)
+        group = runtime.get(self.nodes.fixed, self.nodes.n)
+        whole = runtime.get(self.loads.mask, int(group.max())).all(axis=1)
+        return (group > 0) & whole[np.maximum(group, 1) - 1]
 
     def _contact(self, meets_itself: bool) -> Contact:
         """Pinballs of all bodies (T 3.3)."""
@@ -260,7 +268,7 @@ class Simulation:
     def advance_to(self, time: float) -> None:
         """Whole steps until `time` is reached, but for the rounding of their sum, or passed."""
         while (steps := math.ceil((time - self.time) / self.dt - 0.5e-6)) > 0:
-            self.advance(self._whole(steps))  # dt may become shorter on the way
+            self.advance(self._whole(self.step + steps) - self.step)  # dt may become shorter on the way
 
     def energies(self) -> dict[str, float]:
         """The ledger [J] at the time of the last force evaluation, `time` [s] among them."""
@@ -294,14 +302,14 @@ class Simulation:
         }
 
     def tracks(self, look: bool = True) -> dict[str, dict[str, float]]:
-        """By the name of its history: place [m], velocity [m/s] and contact force [N] of each rigid body, now and the largest
+        """By the name of its history: place [m], velocity [m/s] and force [N] (water, contact) of each rigid body, now and the largest
         since the last look; the leak (solver.leak), looked at now or as it was at the last look."""
         if look and self.leak is not None:
             self.leak.look()
         found = {} if self.leak is None else {"leak": self.leak.row}
         if self.rigids is None:
             return found
-        fields = {"": self.rigids.x, "v": self.rigids.v, "f": self.rigids.force}
+        fields = {"": self.rigids.x, "v": self.rigids.v, "f": self.rigids.felt}
         values = {k: runtime.get(field, self.rigids.n) for k, field in fields.items()}
         hardest = self.rigids.hardest() if look else np.zeros(self.rigids.n)
         for r, name in enumerate(self.rigids.names):
@@ -412,7 +420,7 @@ class Simulation:
     def state(self) -> dict[str, np.ndarray]:
         """All that is history, for a checkpoint."""
         return {
-            "time": np.array([self.time, self.dt, self._dt_before, self.ledger.injected]),
+            "time": np.array([self.time, self.dt, self._dt_before, self.ledger.injected, self.refit]),
             "step": np.array(self.step),
             **{name: runtime.get(field, n) for name, (field, n) in self._history().items()},
             **{name: value for part in self._parts for name, value in part.state().items()},
@@ -431,7 +439,8 @@ class Simulation:
                 )
         for name, (field, _) in self._history().items():
             runtime.put(field, np.asarray(state[name]))
-        self.time, self.dt, self._dt_before, self.ledger.injected = (float(x) for x in state["time"])
+        self.time, self.dt, self._dt_before, self.ledger.injected = (float(x) for x in state["time"][:4])
+        self.refit = bool(state["time"][4])
         self.step = int(state["step"])
         for part in self._parts:
             part.restore(state)

@@ -46,7 +46,7 @@ def step(sim, dt_before: float, dt: float) -> None:
     if due:
         sim.fluid.kick_and_drift(*water, sim.contact is not None)
     if sim.rigids is not None:
-        move(sim.rigids, sim.rigids.n, dt_before, dt)
+        move(sim.rigids, sim.rigids.n, dt_before, dt, sim.every if due else 0)
 
 
 @ti.kernel

@@ -1,6 +1,6 @@
 """Measures of rigid strikers, from histories/rigid_<name>.csv, and of the rupture that they cause.
 
-Columns: time [s]; x, y, z [m] and vx, vy, vz [m/s] of the centre of mass; fx, fy, fz [N] contact force, and f_max [N] the
+Columns: time [s]; x, y, z [m] and vx, vy, vz [m/s] of the centre of mass; fx, fy, fz [N] force of contact and water, and f_max [N] the
 largest of all steps since the row before.
 """
 
@@ -100,7 +100,7 @@ def striker_energy_lost(run: RunFolder, scene: Scene, *, striker: str | None = N
 def peak_force(
     run: RunFolder, scene: Scene, *, striker: str | None = None, start: float = 0.0, end: float = math.inf
 ) -> float | None:
-    """Largest contact force [N] on a rigid body of all steps between `start` and `end` [s], both within a sample."""
+    """Largest force of contact and water [N] on a rigid body of all steps between `start` and `end` [s], both within a sample."""
     history = of(run, striker)
     inside = history["f_max"][(history.time >= start) & (history.time <= end)]
     return float(inside.max()) if len(inside) else None
