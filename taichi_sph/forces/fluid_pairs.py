@@ -16,6 +16,7 @@ hydrostatic (Fourtakas et al. 2019): water at rest feels none.
 One pass needs the pressure of the neighbours now, which their density rates give in the same pass. So it acts with
 s* = s_n-1 + dt (2 rate_n-1 - rate_n-2), and corrects s_n. For a wave of frequency w this damps amplitudes by
 (w dt)^4 / 2 a step and is stable up to w dt = 0.70, against 2 for two passes; the energy it takes is booked (`lag`).
+The rates are those of the fluid alone: what surfaces do to a density over the step is known when its pressure is needed.
 """
 
 from ..laws import eos_acoustic, eos_tait
@@ -46,6 +47,7 @@ class FluidPairs:
         _pack(self, self.p.n, self.origin, dt, w.stiffness, w.gamma, w.least)
         if self.wets:
             self.wet.face(0.5 / (w.support * self.p.spacing))
+            _meet(self, self.wet.point, self.p.n, 0.5 / (w.support * self.p.spacing), dt, w.stiffness, w.gamma, w.least)
 
     def act(self, dt_before: float, dt: float, times: int = 1) -> None:
         """force, rate, s; books what viscosity, diffusion and lag take. times: steps of the shell in dt."""
@@ -80,6 +82,22 @@ def _pack(t: ti.template(), n: ti.i32, origin: VECTOR, dt: float, stiffness: flo
             t.p.pair[i][4 + c] = v[c]
         t.p.pair[i][3] = t.p.spacing * size
         t.p.pair[i][7] = t.pressure(stiffness, gamma, least, s)
+
+
+@ti.kernel
+def _meet(
+    t: ti.template(), touch: ti.template(), n: ti.i32, inverse_0: float, dt: float, stiffness: float, gamma: float, least: float
+):
+    """The pressures that will act, with what surfaces did to the densities over the step: that is known already, and extrapolated it would
+    feed the fastest modes of a shell (docs/method.md, 11)."""
+    for i in range(n):
+        if t.wet.start[i + 1] > t.wet.start[i]:
+            a = t.p.pair[i]
+            D = ti.abs(a[3])
+            w, approach = weights(t, touch, i, ti.Vector([a[0], a[1], a[2]]), ti.Vector([a[4], a[5], a[6]]), D, inverse_0 * t.p.spacing / D)
+            before = t.p.s[i]
+            s = before + dt * (2.0 * t.p.rate[i] - t.p.rate_before[i]) - (1.0 + before) * dt * 2.0 * approach
+            t.p.pair[i][7] = t.pressure(stiffness, gamma, least, s)
 
 
 @ti.func
@@ -150,13 +168,14 @@ def _act(
                                 f0, f1, f2 = f0 - whole * one[6] * more[0], f1 - whole * one[6] * more[1], f2 - whole * one[6] * more[2]
                                 div -= whole * one[6] * closing
         V = D * D * D
+        wall = D * 0.0  # divergence by what the surfaces do
         if ti.static(t.wets):
             w, approach = weights(t, touch, i, x, v, D, inverse_0 * spacing / D)
             mu = 2.0 / D * ti.min(approach, 0.0) / ti.max(w.norm(), 1e-30)  # against its image at D/2 behind the surface
             viscous = mu * (quadratic * mu - linear)
             stress = 2.0 * p + viscous
             f0, f1, f2 = f0 + stress * w[0], f1 + stress * w[1], f2 + stress * w[2]
-            div += 2.0 * approach
+            wall = 2.0 * approach
             power -= 2.0 * viscous * approach
             t.wet.stress[i] = V * stress
         t.p.force[i] = V * ti.Vector([f0, f1, f2]) + t.p.mass[i] * ti.cast(gravity, float)
@@ -164,9 +183,9 @@ def _act(
         mean = 1.0 + before + 0.5 * dt_before * t.p.rate[i]
         spread *= diffusion
         rate = -mean * div  # extrapolated with the diffusion it would be stable only up to kappa dt = 2/7, not 2
-        now = before + dt_before * (rate + spread)
+        now = before + dt_before * (rate + spread - mean * wall)
         was, there = t.pressure(stiffness, gamma, least, before), t.pressure(stiffness, gamma, least, now)
-        t.p.lag[i] += 0.5 * V * dt_before * div * (t.p.missed[i] + there - p)
+        t.p.lag[i] += 0.5 * V * dt_before * (div + wall) * (t.p.missed[i] + there - p)
         t.p.diffused[i] -= 0.5 * V * dt_before * spread / mean * (was + there)
         t.p.viscous[i] += 0.25 * (dt_before + dt) * V * power
         t.p.missed[i] = there - p
