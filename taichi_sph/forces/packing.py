@@ -1,11 +1,12 @@
 """A filling made even before the run: moved until a uniform pressure would leave every particle where it is.
 
-A lattice in a round vessel is uneven along the wall; under load it would pack, and the level sink. Here each particle follows
+A lattice in a round vessel is uneven along the wall; under load it would pack, and the level sink. Here each particle
+follows
 
     b_i = 1/2 sum_j V_j (T_i + T_j) grad_i W_ij - w_i,      x_i <- x_i - RATE D^2 b_i, by D/20 at most,
 
-the force of a uniform pressure with its sign (as the transport velocity of Adami et al. 2013), T_i and w_i those of wetted.py. Below a free level nothing moves along
-the axis, for there b is not zero.
+the force of a uniform pressure with its sign (as the transport velocity of Adami et al. 2013), T_i and w_i those of
+wetted.py. Below a free level nothing moves along the axis, for there b is not zero.
 """
 
 import numpy as np

@@ -5,8 +5,8 @@ the gradient of W over a volume is W over its boundary (Kulasegaram et al. 2004,
 
     integral beyond the surface of grad_i W dV = -w_i,     w_i = sum_k W(x_i - x_k) A_k
 
-A_k is the vector area of the piece of surface at the point k, towards the water. The half space there mirrors pressure and
-normal velocity of the particle itself, so that T 1.21 and T 1.26 gain
+A_k is the vector area of the piece of surface at the point k, towards the water. The half space there mirrors pressure
+and normal velocity of the particle itself, so that T 1.21 and T 1.26 gain
 
     div_i = ... + 2 w_i . (v_i - v_k)
     f_i   = ... + V_i (2 p_i + Pi_i) w_i      and each point k its part of the opposite
@@ -15,15 +15,17 @@ and, n along w_i, along the surface the mirror image of what is on this side, wh
 
     grad W_ij becomes T_i grad W_ij beside v and p_i, and T_j grad W_ij beside p_j,     T_i = 1 + (1/gamma_i - 1) (1 - n n)
 
-with gamma_i the part of the kernel that lies in water. Without T a flow that turns along a wall would press its own layer together: half of its
-divergence would be missing there. The two are each other's transpose: pressure does on particle and surface together exactly the work that the density stores,
-and nothing is lost in a blow, as it is between pinballs. In water at one pressure the
-layers at D/2, 3D/2 ... bear the wall with 0.995 p (h/D = 1.165). Pi_i is T 1.24 of the particle against its own image at D/2.
+with gamma_i the part of the kernel that lies in water. Without T a flow that turns along a wall would press its own
+layer together: half of its divergence would be missing there. The two are each other's transpose: pressure does on
+particle and surface together exactly the work that the density stores, and nothing is lost in a blow, as it is between
+pinballs. In water at one pressure the layers at D/2, 3D/2 ... bear the wall with 0.995 p (h/D = 1.165). Pi_i is T 1.24
+of the particle against its own image at D/2.
 
-A shell node carries the vector area of its sound cells as they lie now: stretch, holes and petals are in it, and a fragment, which has
-none left, is for the pinballs alone. It acts on the side where the particle is, e/2 off the mid-surface, and fades out over the last D/10
-before its plane, so that water in a hole feels its rim evenly. Rigid bodies carry points on the outside of their pinballs. Where a shell lies
-between water and a body (a striker that still pushes its plug) the body's share is what w of the shell leaves of it.
+A shell node carries the vector area of its sound cells as they lie now: stretch, holes and petals are in it, and a
+fragment, which has none left, is for the pinballs alone. It acts on the side where the particle is, e/2 off the
+mid-surface, and fades out over the last D/10 before its plane, so that water in a hole feels its rim evenly. Rigid
+bodies carry points on the outside of their pinballs. Where a shell lies between water and a body (a striker that still
+pushes its plug) the body's share is what w of the shell leaves of it.
 
 Rigid planes show a particle images of the surfaces as well as of its neighbours.
 

@@ -1,13 +1,15 @@
 """Rupture strain of a cell that is wider than the sheet is thick.
 
-A sheet in tension first stretches evenly, up to the strain eps_u at which its hardening no longer makes up for its thinning (Considere:
-d sigma_y / d eps = sigma_y), then necks over a length of about its thickness e. The tabulated rupture strain is that of the neck. A cell of
-width D > e holds the neck and sheet that has stopped at eps_u, so that it breaks at the mean
+A sheet in tension first stretches evenly, up to the strain eps_u at which its hardening no longer makes up for its
+thinning (Considere: d sigma_y / d eps = sigma_y), then necks over a length of about its thickness e. The tabulated
+rupture strain is that of the neck. A cell of width D > e holds the neck and sheet that has stopped at eps_u, so that it
+breaks at the mean
 
     eps_r(D) = eps_u + (eps_r - eps_u) e / D
 
-(Barba 1880 for bars; the form of the length-dependent rupture strains of ship collisions, Scharrer et al. 2002). Without it the work to tear a
-metre of crack grows in proportion to the cells: at D = 6 e a crack costs several times what it should, and stops.
+(Barba 1880 for bars; the form of the length-dependent rupture strains of ship collisions, Scharrer et al. 2002).
+Without it the work to tear a metre of crack grows in proportion to the cells: at D = 6 e a crack costs several times
+what it should, and stops.
 """
 
 from __future__ import annotations
