@@ -28,7 +28,7 @@ from taichi_sph.scene import (
     material,
 )
 
-SPACING = {"draft": 15e-3, "standard": 8.5e-3, "paper": 6.25e-3}  # m, of the shell; T: 6.25 mm
+SPACING = {"draft": 12e-3, "standard": 8.5e-3, "paper": 6.25e-3}  # m, of the shell; T: 6.25 mm
 PARTICLES = 1.19  # spacing of the water over that of the shell, as in T
 RADIUS, HEIGHT, THICKNESS = 0.15, 0.6, 1e-3  # m
 BULLET, LENGTH, MASS = 9e-3, 3.6e-3, 0.031  # m, kg: four pinballs on a line of that length

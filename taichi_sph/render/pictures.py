@@ -398,15 +398,18 @@ def render_targets(summary: dict[str, Any], out: Path | str) -> Path:
 
 
 def common_title(runs: Sequence[RunFolder]) -> str:
-    """The clauses that all titles begin with; the first title where there are none."""
-    clauses = [run.scene.title.split(", ") for run in runs]
-    same = os.path.commonprefix(clauses)
-    return ", ".join(same) or runs[0].scene.title
+    """The clauses that all titles begin with; where there are none what all come from, or the first title."""
+    sources = {run.scene.source for run in runs}
+    return _same_clauses(runs) or (runs[0].scene.source if len(sources) == 1 else "") or runs[0].scene.title
+
+
+def _same_clauses(runs: Sequence[RunFolder]) -> str:
+    return ", ".join(os.path.commonprefix([run.scene.title.split(", ") for run in runs]))
 
 
 def differences(runs: Sequence[RunFolder]) -> list[str]:
     """For each run what it does not share with the others: the end of its title, its settings, its folder."""
-    common = common_title(runs)
+    common = _same_clauses(runs)
     ends = [run.scene.title.removeprefix(common).lstrip(", ") for run in runs]
     if len(set(ends)) == len(runs):
         return ends
