@@ -15,7 +15,7 @@ Candidates are counted and written by their owners in order: the list is the sam
 
 from .. import runtime
 from ..errors import RunStopped
-from ..numerics.cells import CellGrid, bucket, cube
+from ..numerics.cells import CellGrid, bucket, cube, running
 from ..runtime import ti
 from .bodies import Bodies, director_of, place_of_node, radius_against
 
@@ -94,7 +94,7 @@ class Pairs:
     def _collect(self, look, owners: int, skin: float, *more) -> None:
         """Count what each owner finds, then have it written behind what is there."""
         look(self, owners, skin, 0, self.n, *more)
-        found = _running(self, owners)
+        found = running(self.start, owners)
         if self.n + found > self.capacity:
             raise RunStopped(
                 f"contact: {self.n + found} pairs of pinballs are near each other and {self.capacity} have room; the bodies "
@@ -242,19 +242,6 @@ def _near_discs(
                         found += 1
         if write == 0:
             pairs.start[j + 1] = found
-
-
-@ti.kernel
-def _running(pairs: ti.template(), owners: ti.i32) -> ti.i32:
-    """Counts of the owners, from start[1] on, become where each begins."""
-    total = 0
-    ti.loop_config(serialize=True)
-    for _ in range(1):
-        pairs.start[0] = 0
-        for i in range(owners):
-            total += pairs.start[i + 1]
-            pairs.start[i + 1] = total
-    return total
 
 
 @ti.kernel

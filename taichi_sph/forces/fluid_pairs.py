@@ -54,8 +54,7 @@ class FluidPairs:
         w, d = self.water, self.p.spacing
         h = w.support * d
         diffusion = 2.0 * w.delta * h / (w.density * w.sound)
-        touch = self.wet.point if self.wets else self.near.near
-        _act(self, self.near.near, touch, self.p.n, self.near.width, self.gravity, self.origin, dt_before, dt, w.stiffness, w.gamma, w.least, w.density, d, 0.5 / h,
+        _act(self, self.near.near, self.p.n, self.near.width, self.gravity, self.origin, dt_before, dt, w.stiffness, w.gamma, w.least, w.density, d, 0.5 / h,
              w.alpha * w.density * w.sound * h, w.beta * w.density * h * h, 0.01 * h * h, diffusion)  # fmt: skip
         if self.wets:
             self.wet.bear(0.5 / h, times)
@@ -96,6 +95,7 @@ def _meet(
             D = ti.abs(a[3])
             w, approach = weights(t, touch, i, ti.Vector([a[0], a[1], a[2]]), ti.Vector([a[4], a[5], a[6]]), D, inverse_0 * t.p.spacing / D)
             before = t.p.s[i]
+            t.wet.met[i] = ti.Vector([w[0], w[1], w[2], approach])
             s = before + dt * (2.0 * t.p.rate[i] - t.p.rate_before[i]) - (1.0 + before) * dt * 2.0 * approach
             t.p.pair[i][7] = t.pressure(stiffness, gamma, least, s)
 
@@ -117,7 +117,7 @@ def _pair(x, v, D, p, D_j, p_j, g, half_by_spacing, inverse_0, linear, quadratic
 
 @ti.kernel
 def _act(
-    t: ti.template(), near: ti.template(), touch: ti.template(), n: ti.i32, width: ti.i32, gravity: VECTOR, origin: VECTOR, dt_before: float, dt: float,
+    t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32, gravity: VECTOR, origin: VECTOR, dt_before: float, dt: float,
     stiffness: float, gamma: float, least: float, density: float, spacing: float, inverse_0: float, linear: float,
     quadratic: float, eps2: float, diffusion: float,
 ):  # fmt: skip
@@ -170,7 +170,9 @@ def _act(
         V = D * D * D
         wall = D * 0.0  # divergence by what the surfaces do
         if ti.static(t.wets):
-            w, approach = weights(t, touch, i, x, v, D, inverse_0 * spacing / D)
+            w, approach = x * 0.0, D * 0.0
+            if t.wet.start[i + 1] > t.wet.start[i]:
+                w, approach = ti.Vector([t.wet.met[i][0], t.wet.met[i][1], t.wet.met[i][2]]), t.wet.met[i][3]
             mu = 2.0 / D * ti.min(approach, 0.0) / ti.max(w.norm(), 1e-30)  # against its image at D/2 behind the surface
             viscous = mu * (quadratic * mu - linear)
             stress = 2.0 * p + viscous

@@ -38,7 +38,7 @@ import numpy as np
 
 from .. import runtime
 from ..model.rigid import spin_of, surface, turned
-from ..numerics.cells import CellGrid, bucket, cube
+from ..numerics.cells import CellGrid, bucket, cube, running
 from ..numerics.kernel import w2
 from ..runtime import ti
 
@@ -91,6 +91,7 @@ class Wetted:
         self.stress = new("wet.stress", particles.n)  # N m: V (2 p + Pi) of each particle
         self.side = new("wet.side", particles.n, 4)  # n, and 1 / gamma - 1
         self.share = new("wet.share", particles.n)  # part of the rigid points' w that the shell does not cover
+        self.met = new("wet.met", particles.n, 4)  # w, and sum of w_k . (v - v_k), of this step
         self.was = new("wet.was", n, 3, "f64")  # m, x at the fluid's step before
         self.built = new("wet.built", n, 3, "f64")  # m, x when the lists were made
         self.built_p = new("wet.built_particles", particles.n, 3, "f64")
@@ -147,7 +148,7 @@ class Wetted:
         if not self.room:
             self._widen(64)
         _pair(self, self.point, self.p.n, inverse, self.grid.table, 0)
-        found = _running(self.start, self.p.n)
+        found = running(self.start, self.p.n)
         if found > self.room:
             self._widen(found)
         _pair(self, self.point, self.p.n, inverse, self.grid.table, 1)
@@ -317,19 +318,6 @@ def _pair(t: ti.template(), point: ti.template(), n: ti.i32, inverse: ti.f64, ta
                     found += 1
         if write == 0:
             t.start[i + 1] = found
-
-
-@ti.kernel
-def _running(start: ti.template(), n: ti.i32) -> ti.i32:
-    """Counts, from start[1] on, become where each begins."""
-    total = 0
-    ti.loop_config(serialize=True)
-    for _ in range(1):
-        start[0] = 0
-        for i in range(n):
-            total += start[i + 1]
-            start[i + 1] = total
-    return total
 
 
 @ti.kernel

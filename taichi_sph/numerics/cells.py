@@ -60,3 +60,16 @@ def _sort(grid: ti.template(), n: ti.i32, table: ti.i32, inverse_reach: ti.f64):
         for c in range(table):
             grid.start[c] = grid.start[c + 1]
         grid.start[table] = n
+
+
+@ti.kernel
+def running(start: ti.template(), n: ti.i32) -> ti.i32:
+    """Counts of n owners, from start[1] on, become where each one's entries begin; returns how many there are."""
+    total = 0
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        start[0] = 0
+        for i in range(n):
+            total += start[i + 1]
+            start[i + 1] = total
+    return total

@@ -24,7 +24,7 @@ from ..model.walls import Walls
 from ..numerics.neighbours import Neighbours
 from ..numerics.reduce import Reducer
 from ..scene.fluid import ShellFill
-from .fluid_motion import drift, fastest, stored_energy
+from .fluid_motion import drift, stored_energy
 
 LIMIT = 0.515  # h / c: the step that is stable with alpha up to 1.5 (docs/method.md)
 ALONG = 1.22  # 1 / gamma of a layer at D/2 (forces/wetted.py): so much faster it swings along the wall
@@ -150,7 +150,7 @@ class FluidBody:
 
     def fastest(self) -> float:
         """Largest speed [m/s]; inf when a velocity is not finite."""
-        return fastest(self.p, self.reducer)
+        return self.reducer.largest(self.p.v, self.p.n)
 
     def stored(self) -> float:
         """Energy of compression [J]."""

@@ -36,33 +36,12 @@ def drift(p: ti.template(), walls: ti.template(), n: ti.i32, dt_before: float, d
         p.kinetic[i] = 0.5 * p.mass[i] * before.dot(after)
 
 
-def fastest(p, reducer) -> float:
-    """Largest speed [m/s]; inf when one is not finite."""
-    blocks = -(-p.n // BLOCK)
-    _fastest(reducer.partial, p, p.n, blocks)
-    return float(runtime.get(reducer.partial, blocks).max())
-
-
 def stored_energy(pairs, reducer) -> float:
     """Energy of compression [J]."""
     w, p = pairs.water, pairs.p
     blocks = -(-p.n // BLOCK)
     _stored(reducer.partial, pairs, p.n, blocks, w.stiffness, w.gamma, w.least, w.sound**2, w.density)
     return float(np.sum(runtime.get(reducer.partial, blocks)))
-
-
-@ti.kernel
-def _fastest(partial: ti.template(), p: ti.template(), n: ti.i32, blocks: ti.i32):
-    for b in range(blocks):
-        worst = ti.cast(0.0, ti.f64)
-        for i in range(b * BLOCK, ti.min(n, (b + 1) * BLOCK)):
-            v = ti.cast(p.v[i].norm(), ti.f64)
-            if not (v <= worst):  # also true for nan
-                worst = v
-                if not (v < ti.math.inf):
-                    worst = ti.math.inf
-                    break
-        partial[b] = worst
 
 
 @ti.kernel
