@@ -226,7 +226,7 @@ FLUID_TRAFFIC = {
     "drift": {"read": {"x": "N", "v": "N", "force": "N", "mass": "N", "ahead": "N"}, "write": {"x": "N", "v": "N", "kinetic": "N"}},
     "moved": {"read": {"x": "N", "built": "N"}, "write": {}},
 }  # fmt: skip
-FLUID_SIZES = (10_000, 31_600, 100_000, 316_000, 1_000_000)
+FLUID_SIZES = (10_000, 31_600, 100_000, 316_000, 1_000_000, 2_000_000)
 FLUID_BARS = {"particle_steps_per_second": 3.0e6}
 
 

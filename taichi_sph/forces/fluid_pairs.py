@@ -19,6 +19,7 @@ s* = s_n-1 + dt (2 rate_n-1 - rate_n-2), and corrects s_n. For a wave of frequen
 The rates are those of the fluid alone: what surfaces do to a density over the step is known when its pressure is needed.
 """
 
+from .. import runtime
 from ..laws import eos_acoustic, eos_tait
 from ..model.fluid import NARROWEST, WIDEST
 from ..numerics.kernel import w2_slope
@@ -48,6 +49,10 @@ class FluidPairs:
         if self.wets:
             self.wet.face(0.5 / (w.support * self.p.spacing))
             _meet(self, self.wet.point, self.p.n, 0.5 / (w.support * self.p.spacing), dt, w.stiffness, w.gamma, w.least)
+
+    def mark(self) -> None:
+        """Who may have a neighbour with a side: after every new list, of particles or of what they wet."""
+        _mark(self, self.near.near, self.p.n, self.near.width)
 
     def act(self, dt_before: float, dt: float, times: int = 1) -> None:
         """force, rate, s; books what viscosity, diffusion and lag take. times: steps of the shell in dt."""
@@ -100,6 +105,15 @@ def _meet(
             t.p.pair[i][7] = t.pressure(stiffness, gamma, least, s)
 
 
+@ti.kernel
+def _mark(t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32):
+    for i in range(n):
+        amid = 0
+        for m in range(i * width, i * width + t.near.number[i]):  # i itself is in its list
+            amid = ti.max(amid, ti.select(t.wet.start[near[m] + 1] > t.wet.start[near[m]], 1, 0))
+        t.wet.amid[i] = amid
+
+
 @ti.func
 def _pair(x, v, D, p, D_j, p_j, g, half_by_spacing, inverse_0, linear, quadratic, eps2):
     """Of one neighbour: what it adds to force (3), div, spread, power, all over V_i, and G V_j; x and v relative to it."""
@@ -115,6 +129,37 @@ def _pair(x, v, D, p, D_j, p_j, g, half_by_spacing, inverse_0, linear, quadratic
     return f * x[0], f * x[1], f * x[2], -G * along, -G * (p_j - p + g[0] * x[0] + g[1] * x[1] + g[2] * x[2]), G * along * viscous, G
 
 
+@ti.func
+def _neighbours(
+    t: ti.template(), near: ti.template(), i, first, a: ti.template(), g, half_by_spacing, inverse_0, linear, quadratic, eps2,
+    sided: ti.template(),
+):  # fmt: skip
+    """Sums of `_pair` over the list of particle i, whose record is a: force (3), div, spread, power. sided: some of them, or i, may have
+    a side (wetted.py). No branch inside, so that several neighbours are taken at once."""
+    x, v, D, p = ti.Vector([a[0], a[1], a[2]]), ti.Vector([a[4], a[5], a[6]]), ti.abs(a[3]), a[7]
+    f0, f1, f2, div, spread, power = D * 0.0, D * 0.0, D * 0.0, D * 0.0, D * 0.0, D * 0.0
+    own = ti.Vector([D * 0.0, D * 0.0, D * 0.0, D * 0.0])
+    if ti.static(sided):
+        if a[3] < 0.0:
+            own = t.wet.side[i]
+    for m in range(first, first + t.near.number[i]):
+        j = near[m]
+        b = t.p.pair[j]
+        y, w = x - ti.Vector([b[0], b[1], b[2]]), v - ti.Vector([b[4], b[5], b[6]])
+        one = _pair(y, w, D, p, ti.abs(b[3]), b[7], g, half_by_spacing, inverse_0, linear, quadratic, eps2)
+        f0, f1, f2 = f0 + one[0], f1 + one[1], f2 + one[2]
+        div, spread, power = div + one[3], spread + one[4], power + one[5]
+        if ti.static(sided):
+            other = t.wet.side[j]
+            n, size = ti.Vector([other[0], other[1], other[2]]), ti.select(b[3] < 0.0, other[3], 0.0)
+            mine, his = along(own, y), size * (y - y.dot(n) * n)
+            more = p * mine + b[7] * his
+            f0, f1, f2 = f0 - one[6] * more[0], f1 - one[6] * more[1], f2 - one[6] * more[2]
+            div -= one[6] * w.dot(mine)
+    return ti.Vector([f0, f1, f2, div, spread, power])
+
+
+@runtime.in_any_order
 @ti.kernel
 def _act(
     t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32, gravity: VECTOR, origin: VECTOR, dt_before: float, dt: float,
@@ -124,24 +169,18 @@ def _act(
     for i in range(n):
         a = t.p.pair[i]
         x, v, D, p = ti.Vector([a[0], a[1], a[2]]), ti.Vector([a[4], a[5], a[6]]), ti.abs(a[3]), a[7]
-        f0, f1, f2, div, spread, power = D * 0.0, D * 0.0, D * 0.0, D * 0.0, D * 0.0, D * 0.0
         g = density * ti.cast(gravity, float)
         half_by_spacing = 0.5 / spacing
         first = i * width
-        for m in range(first, first + t.near.number[i]):
-            b = t.p.pair[near[m]]
-            y, w = x - ti.Vector([b[0], b[1], b[2]]), v - ti.Vector([b[4], b[5], b[6]])
-            D_j = b[3]
-            if ti.static(t.wets):
-                D_j = ti.abs(D_j)
-            one = _pair(y, w, D, p, D_j, b[7], g, half_by_spacing, inverse_0, linear, quadratic, eps2)
-            f0, f1, f2 = f0 + one[0], f1 + one[1], f2 + one[2]
-            div, spread, power = div + one[3], spread + one[4], power + one[5]
-            if ti.static(t.wets):
-                if ti.min(a[3], b[3]) < 0.0:
-                    more, closing = _weighed(t, i, near[m], a, b, y, w, ti.Vector([-1, -1, -1]), 0)
-                    div -= one[6] * closing
-                    f0, f1, f2 = f0 - one[6] * more[0], f1 - one[6] * more[1], f2 - one[6] * more[2]
+        sums = ti.Vector([0, 0, 0, 0, 0, 0], float)
+        if ti.static(t.wets):
+            if t.wet.amid[i] == 1:
+                sums = _neighbours(t, near, i, first, a, g, half_by_spacing, inverse_0, linear, quadratic, eps2, True)
+            else:
+                sums = _neighbours(t, near, i, first, a, g, half_by_spacing, inverse_0, linear, quadratic, eps2, False)
+        else:
+            sums = _neighbours(t, near, i, first, a, g, half_by_spacing, inverse_0, linear, quadratic, eps2, False)
+        f0, f1, f2, div, spread, power = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
         if ti.static(t.walls.n > 0):
             # the walls within reach, three at most, and the images in them and in two or three of them
             found, count = t.walls.near(t.p.x[i], 1.0 / inverse_0, 2.0 * spacing)

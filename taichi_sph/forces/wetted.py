@@ -90,6 +90,7 @@ class Wetted:
         self.push = new("wet.push", n, 3)  # N, of the water
         self.stress = new("wet.stress", particles.n)  # N m: V (2 p + Pi) of each particle
         self.side = new("wet.side", particles.n, 4)  # n, and 1 / gamma - 1
+        self.amid = new("wet.amid", particles.n, dtype="i32")  # 1: it or a neighbour has points within reach
         self.share = new("wet.share", particles.n)  # part of the rigid points' w that the shell does not cover
         self.met = new("wet.met", particles.n, 4)  # w, and sum of w_k . (v - v_k), of this step
         self.was = new("wet.was", n, 3, "f64")  # m, x at the fluid's step before
@@ -130,12 +131,14 @@ class Wetted:
         """`side` and `share` of the particles whose records are new; those with a side get a negative D. inverse: 1 / 2h_0."""
         _face(self, self.point, self.p.n, inverse)
 
-    def follow(self, renumbered: bool, since: float = 0.0) -> None:
-        """Points where their bodies are now, and lists that still hold. renumbered: the particles stand in another order; since [s]: the
+    def follow(self, renumbered: bool, since: float = 0.0) -> bool:
+        """Points where their bodies are now, and lists that still hold; True when they are new. renumbered: the particles stand in another order; since [s]: the
         points' velocities are the means over that time, 0 for those of their bodies now."""
         _lay(self, self.ns, self.nb, since)
-        if renumbered or _travelled(self, self.p.n, self.n) > self.skin:
+        worn = renumbered or _travelled(self, self.p.n, self.n) > self.skin
+        if worn:
             self.renew()
+        return worn
 
     def renew(self) -> None:
         """Lists of the pairs within reach, as all lie now."""

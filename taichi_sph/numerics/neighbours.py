@@ -104,17 +104,26 @@ def _sort(nb: ti.template(), n: ti.i32, cells: ti.i32, inverse: ti.f64):
             nb.start[c] += 1
 
 
+@ti.func
+def _turned(k, side):
+    """Cell number k, less than one turn away from 0 ... side - 1, wrapped."""
+    return k + ti.select(k < 0, side, 0) - ti.select(k >= side, side, 0)
+
+
 @ti.kernel
 def _build(nb: ti.template(), near: ti.template(), n: ti.i32, inverse: ti.f64, reach: ti.f64, width: ti.i32):
     for i in range(n):
         x = nb.x[i]
         nb.built[i] = x
         home = nb.cell(x, inverse)
-        first, last = nb.wrap(home[0] - 2, 0), nb.wrap(home[0] + 2, 0)
+        a, b, c = nb.wrap(home[0], 0), nb.wrap(home[1], 1), nb.wrap(home[2], 2)
+        first, last = _turned(a - 2, nb.sides[0]), _turned(a + 2, nb.sides[0])
         k = 0
-        for dz in range(-2, 3):
-            for dy in range(-2, 3):
-                row = nb.row(home[1] + dy, home[2] + dz)
+        # all of each row: to ask which of its cells the sphere reaches costs more than the candidates that it saves
+        for dc in range(-2, 3):
+            layer = _turned(c + dc, nb.sides[2]) * nb.sides[1]
+            for db in range(-2, 3):
+                row = (layer + _turned(b + db, nb.sides[1])) * nb.sides[0]
                 start, stop = nb.start[row + first], nb.start[row + last + 1]
                 # each candidate is written and only a hit is kept: no branch to mispredict
                 if first > last:  # the row wraps round: its other piece

@@ -96,6 +96,7 @@ class FluidBody:
         self.sort()
         if self.wet is not None:
             self.wet.renew()
+            self.pairs.mark()
 
     def compression(self, pressure: np.ndarray) -> np.ndarray:
         """s of a pressure [Pa] (NumPy; the law itself is in laws/)."""
@@ -126,8 +127,8 @@ class FluidBody:
         worn = moved >= self.skin
         if worn:
             self.sort()
-        if self.wet is not None:
-            self.wet.follow(worn, dt_before if times > 1 else 0.0)
+        if self.wet is not None and self.wet.follow(worn, dt_before if times > 1 else 0.0):
+            self.pairs.mark()
         self.pairs.pack(dt_before)
         self.pairs.act(dt_before, dt, times)
         return worn
@@ -201,6 +202,7 @@ class FluidBody:
             runtime.put(field, np.asarray(state[f"{self.name}.{name}"]))
         if self.wet is not None:
             self.wet.restore(state)
+            self.pairs.mark()
 
     def frame(self) -> dict[str, np.ndarray]:
         """points (N, 3) [m], velocity [m/s], pressure [Pa], density [kg/m3], in the order of the start."""
