@@ -1,8 +1,10 @@
 """A column of water collapses: the surge front of Martin and Moyce (1952).
 
 Column of width a = 57.15 mm (2.25 in) and height 2a, a slice three spacings thick between rigid planes without friction. Z = x/a over
-T = t sqrt(2 g / a). In the experiment a waxed paper diaphragm was melted away; the water starts late by what that took. The dam-break example of the
-Lethe project puts 0.175 of T for that delay, and so do the quantities here; the speed of the front holds no origin of time at all.
+T = t sqrt(2 g / a). In the experiment a waxed paper diaphragm was melted away; when the water was free is not known. So the delay is fitted
+(one number, the mean over their points from T = 0.84 on) and printed, beside the 0.175 that the dam-break example of the Lethe project puts for
+it. The point at T = 0.41 is left out of the fit: from there to T = 0.84 their front goes no faster than it did before, which nothing that
+falls from rest does. The speed of the front holds no origin of time at all.
 
     python scenes/dam_break.py --quality draft --out DIR
 """
@@ -13,7 +15,7 @@ from taichi_sph.scene import Dimensionless, Fluid, FluidBox, Numerics, Output, Q
 
 WIDE = {"draft": 16, "standard": 32, "paper": 48}  # spacings over the width of the column
 A, G = 0.05715, 9.81  # m, m/s2
-DELAY = 0.175  # of T
+DELAY, FIRST = 0.175, 0.8  # of T
 
 
 def scene(quality: Quality = "draft", alpha: Dimensionless = 0.02) -> Scene:
@@ -40,10 +42,15 @@ def scene(quality: Quality = "draft", alpha: Dimensionless = 0.02) -> Scene:
         output=Output(frames=60, samples=200),
         quantities=[
             Quantity(
+                name="surge_deviation", value=0.0, tolerance=0.05, source="Martin and Moyce 1952 from T = 0.84 on, delay fitted",
+                options={**front, "start": FIRST},
+            ),
+            Quantity(name="surge_delay", source="Martin and Moyce 1952", options={**front, "start": FIRST}),
+            Quantity(
                 name="surge_deviation", value=0.0, tolerance=0.05, source="Martin and Moyce 1952, delay as in Lethe's example",
                 options={**front, "delay": DELAY},
             ),
-            Quantity(name="surge_deviation", source="Martin and Moyce 1952, no delay", options=front),
+            Quantity(name="surge_deviation", source="Martin and Moyce 1952, no delay", options={**front, "delay": 0.0}),
             Quantity(
                 name="surge_speed", value=1.0, tolerance=0.05, source="Martin and Moyce 1952",
                 options={**front, "start": 1.43, "end": 2.96},

@@ -22,6 +22,7 @@ The rates are those of the fluid alone: what surfaces do to a density over the s
 from .. import runtime
 from ..laws import eos_acoustic, eos_tait
 from ..model.fluid import NARROWEST, WIDEST
+from ..model.walls import RIM
 from ..numerics.kernel import w2_slope
 from ..runtime import ti
 
@@ -131,31 +132,36 @@ def _pair(x, v, D, p, D_j, p_j, g, half_by_spacing, inverse_0, linear, quadratic
 
 @ti.func
 def _neighbours(
-    t: ti.template(), near: ti.template(), i, first, a: ti.template(), g, half_by_spacing, inverse_0, linear, quadratic, eps2,
-    sided: ti.template(),
+    t: ti.template(), near: ti.template(), i, first, x, v, own, D, p, g, half_by_spacing, inverse_0, linear, quadratic, eps2, found, image,
+    sided: ti.template(), holed: ti.template(),
 ):  # fmt: skip
-    """Sums of `_pair` over the list of particle i, whose record is a: force (3), div, spread, power. sided: some of them, or i, may have
-    a side (wetted.py). No branch inside, so that several neighbours are taken at once."""
-    x, v, D, p = ti.Vector([a[0], a[1], a[2]]), ti.Vector([a[4], a[5], a[6]]), ti.abs(a[3]), a[7]
+    """Sums of `_pair` over the list of particle i, at x with velocity v and side `own`: force (3), div, spread, power.
+
+    sided: some of them, or i, may have a side (wetted.py). holed: x is an image of i in walls with holes, which is not whole near them. No
+    branch otherwise, so that several neighbours are taken at once."""
     f0, f1, f2, div, spread, power = D * 0.0, D * 0.0, D * 0.0, D * 0.0, D * 0.0, D * 0.0
-    own = ti.Vector([D * 0.0, D * 0.0, D * 0.0, D * 0.0])
-    if ti.static(sided):
-        if a[3] < 0.0:
-            own = t.wet.side[i]
     for m in range(first, first + t.near.number[i]):
         j = near[m]
         b = t.p.pair[j]
         y, w = x - ti.Vector([b[0], b[1], b[2]]), v - ti.Vector([b[4], b[5], b[6]])
-        one = _pair(y, w, D, p, ti.abs(b[3]), b[7], g, half_by_spacing, inverse_0, linear, quadratic, eps2)
-        f0, f1, f2 = f0 + one[0], f1 + one[1], f2 + one[2]
-        div, spread, power = div + one[3], spread + one[4], power + one[5]
+        V = ti.abs(b[3])
+        whole = D * 0.0 + 1.0
+        if ti.static(holed):
+            for c in ti.static(range(3)):
+                if (image >> c) & 1:
+                    if t.walls.radius[found[c]] > 0.0:  # i as j, so that forces and rates stay each other's transpose
+                        shares = t.walls.share(found[c], t.p.x[i], RIM * t.p.spacing) * t.walls.share(found[c], t.p.x[j], RIM * t.p.spacing)
+                        whole *= ti.cast(shares, float)
+        one = _pair(y, w, D, p, V, b[7], g, half_by_spacing, inverse_0, linear, quadratic, eps2)
+        f0, f1, f2 = f0 + whole * one[0], f1 + whole * one[1], f2 + whole * one[2]
+        div, spread, power = div + whole * one[3], spread + one[4], power + whole * one[5]
         if ti.static(sided):
             other = t.wet.side[j]
             n, size = ti.Vector([other[0], other[1], other[2]]), ti.select(b[3] < 0.0, other[3], 0.0)
             mine, his = along(own, y), size * (y - y.dot(n) * n)
-            more = p * mine + b[7] * his
-            f0, f1, f2 = f0 - one[6] * more[0], f1 - one[6] * more[1], f2 - one[6] * more[2]
-            div -= one[6] * w.dot(mine)
+            more, G = p * mine + b[7] * his, whole * one[6]
+            f0, f1, f2 = f0 - G * more[0], f1 - G * more[1], f2 - G * more[2]
+            div -= G * w.dot(mine)
     return ti.Vector([f0, f1, f2, div, spread, power])
 
 
@@ -170,42 +176,35 @@ def _act(
         a = t.p.pair[i]
         x, v, D, p = ti.Vector([a[0], a[1], a[2]]), ti.Vector([a[4], a[5], a[6]]), ti.abs(a[3]), a[7]
         g = density * ti.cast(gravity, float)
-        half_by_spacing = 0.5 / spacing
+        half = 0.5 / spacing
         first = i * width
+        none = ti.Vector([-1, -1, -1])
+        own = ti.Vector([D * 0.0, D * 0.0, D * 0.0, D * 0.0])
         sums = ti.Vector([0, 0, 0, 0, 0, 0], float)
         if ti.static(t.wets):
+            if a[3] < 0.0:
+                own = t.wet.side[i]
             if t.wet.amid[i] == 1:
-                sums = _neighbours(t, near, i, first, a, g, half_by_spacing, inverse_0, linear, quadratic, eps2, True)
+                sums = _neighbours(t, near, i, first, x, v, own, D, p, g, half, inverse_0, linear, quadratic, eps2, none, 0, True, False)
             else:
-                sums = _neighbours(t, near, i, first, a, g, half_by_spacing, inverse_0, linear, quadratic, eps2, False)
+                sums = _neighbours(t, near, i, first, x, v, own, D, p, g, half, inverse_0, linear, quadratic, eps2, none, 0, False, False)
         else:
-            sums = _neighbours(t, near, i, first, a, g, half_by_spacing, inverse_0, linear, quadratic, eps2, False)
-        f0, f1, f2, div, spread, power = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
+            sums = _neighbours(t, near, i, first, x, v, own, D, p, g, half, inverse_0, linear, quadratic, eps2, none, 0, False, False)
+        f, div, spread, power = ti.Vector([sums[0], sums[1], sums[2]]), sums[3], sums[4], sums[5]
         if ti.static(t.walls.n > 0):
-            # the walls within reach, three at most, and the images in them and in two or three of them
-            found, count = t.walls.near(t.p.x[i], 1.0 / inverse_0, 2.0 * spacing)
+            # what their images in the walls do to i is what they do to its image: one reflection instead of one for each
+            found, count = t.walls.near(t.p.x[i], 1.0 / inverse_0, RIM * spacing)
             for image in range(1, 1 << count):
-                for m in range(first, first + t.near.number[i]):
-                    j = near[m]
-                    b = t.p.pair[j]
-                    y = x - t.walls.mirrored(found, image, ti.Vector([b[0], b[1], b[2]]), t.origin)
-                    w = v - t.walls.turned(found, image, ti.Vector([b[4], b[5], b[6]]))
-                    whole = D * 0.0 + 1.0
-                    for c in ti.static(range(3)):
-                        if (image >> c) & 1:
-                            k = found[c]
-                            if t.walls.radius[k] > 0.0:  # i as j, so that forces and rates stay each other's transpose
-                                shares = t.walls.share(k, t.p.x[i], 2.0 * spacing) * t.walls.share(k, t.p.x[j], 2.0 * spacing)
-                                whole *= ti.cast(shares, float)
-                    if whole > 0.0:
-                        one = _pair(y, w, D, p, ti.abs(b[3]), b[7], g * 0.0, half_by_spacing, inverse_0, linear, quadratic, eps2)
-                        f0, f1, f2 = f0 + whole * one[0], f1 + whole * one[1], f2 + whole * one[2]
-                        div, power = div + whole * one[3], power + whole * one[5]
-                        if ti.static(t.wets):
-                            if ti.min(a[3], b[3]) < 0.0:
-                                more, closing = _weighed(t, i, j, a, b, y, w, found, image)
-                                f0, f1, f2 = f0 - whole * one[6] * more[0], f1 - whole * one[6] * more[1], f2 - whole * one[6] * more[2]
-                                div -= whole * one[6] * closing
+                if t.walls.shows(found, image, t.p.x[i], 1.0 / inverse_0):
+                    y, w = t.walls.mirrored(found, image, x, origin), t.walls.turned(found, image, v)
+                    turned = t.walls.turned(found, image, ti.Vector([own[0], own[1], own[2]]))
+                    other = ti.Vector([turned[0], turned[1], turned[2], own[3]])
+                    if t.walls.pierced(found, image):
+                        sums = _neighbours(t, near, i, first, y, w, other, D, p, g, half, inverse_0, linear, quadratic, eps2, found, image, t.wets, True)
+                    else:
+                        sums = _neighbours(t, near, i, first, y, w, other, D, p, g, half, inverse_0, linear, quadratic, eps2, found, image, t.wets, False)
+                    f += t.walls.turned(found, image, ti.Vector([sums[0], sums[1], sums[2]]))
+                    div, power = div + sums[3], power + sums[5]
         V = D * D * D
         wall = D * 0.0  # divergence by what the surfaces do
         if ti.static(t.wets):
@@ -215,11 +214,11 @@ def _act(
             mu = 2.0 / D * ti.min(approach, 0.0) / ti.max(w.norm(), 1e-30)  # against its image at D/2 behind the surface
             viscous = mu * (quadratic * mu - linear)
             stress = 2.0 * p + viscous
-            f0, f1, f2 = f0 + stress * w[0], f1 + stress * w[1], f2 + stress * w[2]
+            f += stress * w
             wall = 2.0 * approach
             power -= 2.0 * viscous * approach
             t.wet.stress[i] = V * stress
-        t.p.force[i] = V * ti.Vector([f0, f1, f2]) + t.p.mass[i] * ti.cast(gravity, float)
+        t.p.force[i] = V * f + t.p.mass[i] * ti.cast(gravity, float)
         before = t.p.s[i]
         mean = 1.0 + before + 0.5 * dt_before * t.p.rate[i]
         spread *= diffusion
@@ -236,26 +235,6 @@ def _act(
         else:
             t.p.rate_before[i] = rate
         t.p.rate[i] = rate
-
-
-@ti.func
-def _weighed(t: ti.template(), i, j, a: ti.template(), b: ti.template(), y, w, found, image):
-    """What T of wetted.py adds to the force of neighbour j, or its image, on i, and to its divergence, over G."""
-    force, closing = y * 0.0, y[0] * 0.0
-    if a[3] < 0.0:
-        own = along(t.wet.side[i], y)
-        force += a[7] * own
-        closing += w.dot(own)
-    if b[3] < 0.0:
-        # as the image has it: its normal is reflected
-        felt = y
-        if ti.static(t.walls.n > 0):
-            felt = t.walls.turned(found, image, y)
-        felt = along(t.wet.side[j], felt)
-        if ti.static(t.walls.n > 0):
-            felt = t.walls.turned(found, image, felt)
-        force += b[7] * felt
-    return force, closing
 
 
 @ti.func

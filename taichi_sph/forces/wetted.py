@@ -38,6 +38,7 @@ import numpy as np
 
 from .. import runtime
 from ..model.rigid import spin_of, surface, turned
+from ..model.walls import RIM
 from ..numerics.cells import CellGrid, bucket, cube, running
 from ..numerics.kernel import w2
 from ..runtime import ti
@@ -194,7 +195,7 @@ class Wetted:
         """The walls that show particle i images of the surfaces, and how many they are."""
         found, count = ti.Vector([-1, -1, -1]), 0
         if ti.static(self.walls.n > 0):
-            found, count = self.walls.near(self.p.x[i], 1.0 / inverse, 2.0 * self.spacing)
+            found, count = self.walls.near(self.p.x[i], 1.0 / inverse, RIM * self.spacing)
         return found, count
 
     @ti.func
@@ -212,7 +213,7 @@ class Wetted:
         if ti.static(self.walls.n > 0):
             for c in ti.static(range(3)):
                 if (image >> c) & 1:
-                    result *= self.walls.share(found[c], self.p.x[i], 2.0 * self.spacing)
+                    result *= self.walls.share(found[c], self.p.x[i], RIM * self.spacing)
         return ti.cast(result, float)
 
     @ti.func

@@ -5,6 +5,8 @@ import numpy as np
 from .. import runtime
 from ..runtime import ti
 
+RIM = 2.0  # D over which the images around a hole in a wall fade in
+
 
 @ti.data_oriented
 class Walls:
@@ -62,6 +64,30 @@ class Walls:
                 found[count] = k
                 count += 1
         return found, count
+
+    @ti.func
+    def shows(self, found, image, x, reach):
+        """Whether the image of the place x in the walls `found` whose bit of `image` is 1 can be within reach of anything before them:
+        not in two that face each other, nor from outside the reach of a corner."""
+        square = ti.cast(0.0, ti.f64)
+        result = True
+        for c in ti.static(range(3)):
+            if (image >> c) & 1:
+                h = ti.max(self.height(found[c], x), 0.0)
+                square += h * h
+                for d in ti.static(range(c)):
+                    if (image >> d) & 1 and self.normal[found[c]].dot(self.normal[found[d]]) < -0.5:
+                        result = False
+        return result and square < reach * reach
+
+    @ti.func
+    def pierced(self, found, image):
+        """Whether one of them has a hole."""
+        result = False
+        for c in ti.static(range(3)):
+            if (image >> c) & 1:
+                result = result or self.radius[found[c]] > 0.0
+        return result
 
     @ti.func
     def turned(self, found, image, a):

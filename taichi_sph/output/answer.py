@@ -30,7 +30,7 @@ OPTIONS = {
     "striker": "of {}", "mode": "of mode {}", "column": "of {}", "history": "in {}", "body": "of {}", "time": "at {}", "start": "from {}",
     "end": "to {}", "reference": "over {}",
 }  # fmt: skip
-PLAIN = ("surge_deviation", "surge_speed")  # their start and end are no times
+PLAIN = ("surge_delay", "surge_deviation", "surge_speed")  # their start and end are no times
 
 
 def in_words(name: str) -> str:

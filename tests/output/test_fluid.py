@@ -72,7 +72,9 @@ def test_a_front_that_is_as_fast_but_earlier(tmp_path):
     run = run_of(tmp_path, frames)
     late = {"width": a, "start": 0.8}
     assert measure("surge_deviation", run, {**late, "delay": 0.2}) < 5e-3
-    assert 0.05 < measure("surge_deviation", run, late) < 0.2
+    assert 0.05 < measure("surge_deviation", run, {**late, "delay": 0.0}) < 0.2
+    assert measure("surge_delay", run, late) == pytest.approx(0.2, abs=5e-3)
+    assert measure("surge_deviation", run, late) < 5e-3
     ahead = (np.interp(2.7, *fluid.MARTIN_MOYCE.T) - np.interp(1.7, *fluid.MARTIN_MOYCE.T)) / (
         np.interp(2.5, *fluid.MARTIN_MOYCE.T) - np.interp(1.5, *fluid.MARTIN_MOYCE.T)
     )
