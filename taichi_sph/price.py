@@ -67,9 +67,11 @@ def knobs(scene: Scene, options: Sequence[str] = ()) -> dict[str, Settings]:
         if scene.shells and all(shell.material.strength is None for shell in scene.shells):
             found[THESIS] = {"quality": "paper", formulation: "collocation"}
         elif necks := {f"shells.{s.name}.material.damage.necks": False for s in scene.shells if getattr(s.material.damage, "necks", False)}:
-            found[THESIS] = {"quality": "paper", **necks}
+            found[THESIS] = {"quality": "paper", **necks, **{f"fluids.{fluid.name}.contact": "pinballs" for fluid in scene.fluids}}
     if any(not isinstance(shell.surface, MeshFile) for shell in scene.shells):
-        found |= {f"spacing x {f:.3g}": {"numerics.spacing": n.spacing * f} for f in (2.0, 1.5, 2 / 3)}
+        # of the water with that of its tank, which it has to fit
+        spacings = {"numerics.spacing": n.spacing} | {f"fluids.{fluid.name}.spacing": fluid.spacing for fluid in scene.fluids if fluid.spacing is not None}
+        found |= {f"spacing x {f:.3g}": {key: value * f for key, value in spacings.items()} for f in (2.0, 1.5, 2 / 3)}
         other = "triangle" if n.cells == "quad" else "quad"
         found[f"cells {other}"] = {"cells" if "cells" in options else "numerics.cells": other}
     found |= _of_the_form(scene, formulation)
@@ -88,6 +90,7 @@ def knobs(scene: Scene, options: Sequence[str] = ()) -> dict[str, Settings]:
     for fluid in scene.fluids:
         if fluid.spacing is not None:
             found |= {f"{fluid.name} spacing x {f:g}": {f"fluids.{fluid.name}.spacing": fluid.spacing * f} for f in (1.3, 0.8)}
+        found |= _of_the_fluid(fluid, bool(scene.shells))
     return found
 
 
@@ -105,6 +108,19 @@ def _of_the_form(scene: Scene, key: str) -> dict[str, Settings]:
         return found | {f"stabilisation {g:g}": {f"{inside}.stabilisation": g} for g in (0.05, 0.5)}
     found |= {f"viscosity alpha {a:g}": {f"{inside}.viscosity.alpha": a} for a in (0.0, 0.2)}
     return found | {"no filters": {f"{inside}.edge_filter": 0.0, f"{inside}.spin_filter": 0.0}}
+
+
+def _of_the_fluid(fluid, wets: bool) -> dict[str, Settings]:
+    """Support, viscosity and diffusion of a fluid; where it wets a shell, its contact and how often it acts."""
+    inside, found = f"fluids.{fluid.name}", {}
+    found |= {f"{fluid.name} support {s:g}": {f"{inside}.support": s} for s in (1.05, 1.3)}
+    found |= {f"{fluid.name} alpha {a:.3g}": {f"{inside}.alpha": a} for a in (fluid.alpha / 3, fluid.alpha * 3)}
+    found |= {f"{fluid.name} delta {d:g}": {f"{inside}.delta": d} for d in (0.0, 0.1) if d != fluid.delta}
+    if wets:
+        found |= {f"{fluid.name} every {k}": {f"{inside}.every": k} for k in (2, 4) if k != fluid.every}
+        if fluid.contact is None:
+            found[f"{fluid.name} contact pinballs"] = {f"{inside}.contact": "pinballs"}
+    return found
 
 
 def _of_the_material(shell) -> dict[str, Settings]:

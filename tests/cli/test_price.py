@@ -71,6 +71,20 @@ def test_every_knob_of_a_struck_metal_plate():
             scene.derive(**settings), name  # every one is a valid scene
 
 
+def test_every_knob_of_a_tank_of_water():
+    from pathlib import Path
+
+    scene = load_scene(Path(__file__).parents[2] / "scenes" / "tank_leak.py")
+    found = price.knobs(scene, ["quality", "level"])
+    assert {"water every 2", "water alpha 0.3", "water delta 0.1", "water contact pinballs", "water support 1.3", "contact tolerance 0.01"} <= found.keys()
+    assert found[price.THESIS]["fluids.water.contact"] == "pinballs"
+    coarse = found["spacing x 2"]
+    assert coarse["fluids.water.spacing"] / coarse["numerics.spacing"] == pytest.approx(1.19)  # together
+    for name, settings in found.items():
+        if "quality" not in settings:
+            scene.derive(**settings), name
+
+
 def test_knobs_turned_together():
     from pathlib import Path
 
