@@ -224,22 +224,25 @@ def _near_discs(
             if kind == FLUID_SHELL:
                 c = ti.cast(pairs.bodies.fluid.x[j], ti.f64)
                 a = j + pairs.bodies.ns
-        home = cube(c, inverse)
-        for dx, dy, dz in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
-            there = home + ti.Vector([dx, dy, dz])
-            b = bucket(there, table)
-            for m in range(pairs.grid.start[b], pairs.grid.start[b + 1]):
-                i = pairs.grid.sorted[m]
-                if all(cube(pairs.node_x[i], inverse) == there) and (kind == FLUID_SHELL or may_touch(pairs.bodies, j, i)):
+        if write == 0 or pairs.start[j + 1] > pairs.start[j]:  # most have found nothing
+            home = cube(c, inverse)
+            for dx, dy, dz in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
+                there = home + ti.Vector([dx, dy, dz])
+                b = bucket(there, table)
+                for m in range(pairs.grid.start[b], pairs.grid.start[b + 1]):
+                    i = pairs.grid.sorted[m]
                     radius = pairs.bodies.half[0]  # of a node: a ball that does not stand out of the shell
                     if ti.static(pairs.bodies.has_fluid):
                         if kind == FLUID_SHELL:
                             radius = radius_against(pairs.bodies, i)
-                    gap, normal, q = disc_gap(pairs.bodies, i, c, radius)
-                    if gap < skin:
-                        if write == 1:
-                            _note(pairs, base + pairs.start[j] + found, kind, j, i, a, i)
-                        found += 1
+                    far = radius + pairs.bodies.disc[i] + pairs.bodies.half[0] + skin
+                    if (c - pairs.node_x[i]).norm_sqr() < far * far:
+                        if all(cube(pairs.node_x[i], inverse) == there) and (kind == FLUID_SHELL or may_touch(pairs.bodies, j, i)):
+                            gap, normal, q = disc_gap(pairs.bodies, i, c, radius)
+                            if gap < skin:
+                                if write == 1:
+                                    _note(pairs, base + pairs.start[j] + found, kind, j, i, a, i)
+                                found += 1
         if write == 0:
             pairs.start[j + 1] = found
 

@@ -49,7 +49,7 @@ class FluidPairs:
         _pack(self, self.p.n, self.origin, dt, w.stiffness, w.gamma, w.least)
         if self.wets:
             self.wet.face(0.5 / (w.support * self.p.spacing))
-            _meet(self, self.wet.point, self.p.n, 0.5 / (w.support * self.p.spacing), dt, w.stiffness, w.gamma, w.least)
+            _meet(self, self.p.n, dt, w.stiffness, w.gamma, w.least)
 
     def mark(self) -> None:
         """Who may have a neighbour with a side: after every new list, of particles or of what they wet."""
@@ -90,19 +90,13 @@ def _pack(t: ti.template(), n: ti.i32, origin: VECTOR, dt: float, stiffness: flo
 
 
 @ti.kernel
-def _meet(
-    t: ti.template(), touch: ti.template(), n: ti.i32, inverse_0: float, dt: float, stiffness: float, gamma: float, least: float
-):
+def _meet(t: ti.template(), n: ti.i32, dt: float, stiffness: float, gamma: float, least: float):
     """The pressures that will act, with what surfaces did to the densities over the step: that is known already, and extrapolated it would
     feed the fastest modes of a shell (docs/method.md, 11)."""
     for i in range(n):
         if t.wet.start[i + 1] > t.wet.start[i]:
-            a = t.p.pair[i]
-            D = ti.abs(a[3])
-            w, approach = weights(t, touch, i, ti.Vector([a[0], a[1], a[2]]), ti.Vector([a[4], a[5], a[6]]), D, inverse_0 * t.p.spacing / D)
             before = t.p.s[i]
-            t.wet.met[i] = ti.Vector([w[0], w[1], w[2], approach])
-            s = before + dt * (2.0 * t.p.rate[i] - t.p.rate_before[i]) - (1.0 + before) * dt * 2.0 * approach
+            s = before + dt * (2.0 * t.p.rate[i] - t.p.rate_before[i]) - (1.0 + before) * dt * 2.0 * t.wet.met[i][3]
             t.p.pair[i][7] = t.pressure(stiffness, gamma, least, s)
 
 
@@ -235,24 +229,6 @@ def _act(
         else:
             t.p.rate_before[i] = rate
         t.p.rate[i] = rate
-
-
-@ti.func
-def weights(t: ti.template(), touch: ti.template(), i, x, v, D, inverse):
-    """What surfaces, and their images in walls, do to particle i (wetted.py): w and sum of w_k . (v - v_k)."""
-    all_w, closing = x * 0.0, D * 0.0
-    if t.wet.start[i + 1] > t.wet.start[i]:
-        found, count = t.wet.images(i, inverse)
-        for image in range(0, 1 << count):
-            seen, moving = t.wet.seen(found, image, x), t.wet.reflected(found, image, v)
-            for e in range(t.wet.start[i], t.wet.start[i + 1]):
-                k = touch[e]
-                w = t.wet.whole(found, image, i) * t.wet.facet(k, seen, D, inverse)
-                if k >= t.wet.ns:
-                    w *= t.wet.share[i]
-                closing += w.dot(moving - ti.Vector([t.wet.record[k][6], t.wet.record[k][7], t.wet.record[k][8]]))
-                all_w += t.wet.reflected(found, image, w)
-    return all_w, closing
 
 
 @ti.func

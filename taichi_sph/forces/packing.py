@@ -14,7 +14,7 @@ import numpy as np
 from .. import runtime
 from ..numerics.kernel import w2_slope
 from ..runtime import ti
-from .fluid_pairs import along, weights
+from .fluid_pairs import along
 
 RATE, FARTHEST = 0.25, 0.05  # of D^2 b, of D
 ENOUGH, MOST = 4e-3, 40  # of D: the largest move of a round that is small enough; rounds at most
@@ -32,7 +32,7 @@ def even_out(body, axis: str, level: float | None) -> np.ndarray:
             body.sort()
         body.wet.follow(True)
         pairs.pack(0.0)
-        farthest = _move(pairs, near.near, body.wet.point, p.n, near.width, 0.5 / h, ti.Vector([*up], ti.f64), top)
+        farthest = _move(pairs, near.near, p.n, near.width, 0.5 / h, ti.Vector([*up], ti.f64), top)
         if farthest < ENOUGH * p.spacing:
             break
     order = np.argsort(runtime.get(p.id, p.n))
@@ -41,7 +41,7 @@ def even_out(body, axis: str, level: float | None) -> np.ndarray:
 
 @ti.kernel
 def _move(
-    t: ti.template(), near: ti.template(), touch: ti.template(), n: ti.i32, width: ti.i32, inverse_0: float,
+    t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32, inverse_0: float,
     up: ti.types.vector(3, ti.f64), top: ti.f64,
 ) -> ti.f64:  # fmt: skip
     farthest = ti.cast(0.0, ti.f64)
@@ -59,7 +59,9 @@ def _move(
             if t.p.pair[j][3] < 0.0:
                 felt += 0.5 * along(t.wet.side[j], y)
             b += D * D * D * w2_slope(y.norm(), inverse_0) * felt
-        w, closing = weights(t, touch, i, x, x * 0.0, D, inverse_0)
+        w = x * 0.0
+        if t.wet.start[i + 1] > t.wet.start[i]:
+            w = ti.Vector([t.wet.met[i][0], t.wet.met[i][1], t.wet.met[i][2]])
         shift = ti.cast(-RATE * D * D * (b - w), ti.f64)
         if t.p.x[i].dot(up) > top:
             shift -= shift.dot(up) * up

@@ -129,7 +129,7 @@ class Wetted:
         self.renew()
 
     def face(self, inverse: float) -> None:
-        """`side` and `share` of the particles whose records are new; those with a side get a negative D. inverse: 1 / 2h_0."""
+        """`met`, `side` and `share` of the particles whose records are new; those with a side get a negative D. inverse: 1 / 2h_0."""
         _face(self, self.point, self.p.n, inverse)
 
     def follow(self, renumbered: bool, since: float = 0.0) -> bool:
@@ -309,17 +309,18 @@ def _pair(t: ti.template(), point: ti.template(), n: ti.i32, inverse: ti.f64, ta
     for i in range(n):
         x = t.built_p[i]
         found = 0
-        home = cube(x, inverse)
-        for dx, dy, dz in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
-            there = home + ti.Vector([dx, dy, dz])
-            b = bucket(there, table)
-            for m in range(t.grid.start[b], t.grid.start[b + 1]):
-                k = t.grid.sorted[m]
-                away = t.built[k] - x
-                if away.norm_sqr() * inverse * inverse < 1.0 and all(cube(t.built[k], inverse) == there):
-                    if write == 1:
-                        point[t.start[i] + found] = k
-                    found += 1
+        if write == 0 or t.start[i + 1] > t.start[i]:
+            home = cube(x, inverse)
+            for dx, dy, dz in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
+                there = home + ti.Vector([dx, dy, dz])
+                b = bucket(there, table)
+                for m in range(t.grid.start[b], t.grid.start[b + 1]):
+                    k = t.grid.sorted[m]
+                    away = t.built[k] - x
+                    if away.norm_sqr() * inverse * inverse < 1.0 and all(cube(t.built[k], inverse) == there):
+                        if write == 1:
+                            point[t.start[i] + found] = k
+                        found += 1
         if write == 0:
             t.start[i + 1] = found
 
@@ -356,29 +357,39 @@ def beyond(u):
     return 0.425 * (1.0 - s * (1.137 - 0.137 * square * square))
 
 
+@runtime.in_any_order
 @ti.kernel
 def _face(t: ti.template(), point: ti.template(), n: ti.i32, inverse_0: float):
     for i in range(n):
         if t.start[i + 1] > t.start[i]:
             D = t.p.pair[i][3]
             x = ti.Vector([t.p.pair[i][0], t.p.pair[i][1], t.p.pair[i][2]])
+            v = ti.Vector([t.p.pair[i][4], t.p.pair[i][5], t.p.pair[i][6]])
             shell, body = x * 0.0, x * 0.0
+            closing, closing_body = D * 0.0, D * 0.0
             inverse = inverse_0 * t.spacing / D
             found, count = t.images(i, inverse)
             for image in range(0, 1 << count):
-                seen = t.seen(found, image, x)
+                seen, moving = t.seen(found, image, x), t.reflected(found, image, v)
+                whole = t.whole(found, image, i)
                 for e in range(t.start[i], t.start[i + 1]):
-                    w = t.whole(found, image, i) * t.reflected(found, image, t.facet(point[e], seen, D, inverse))
-                    if point[e] < t.ns:
+                    k = point[e]
+                    w = whole * t.facet(k, seen, D, inverse)
+                    nearing = w.dot(moving - ti.Vector([t.record[k][6], t.record[k][7], t.record[k][8]]))
+                    w = t.reflected(found, image, w)
+                    if k < t.ns:
                         shell += w
+                        closing += nearing
                     else:
                         body += w
+                        closing_body += nearing
             share = D * 0.0 + 1.0
             square = body.norm_sqr()
             if square > 0.0:
                 share = 1.0 - ti.min(ti.max(shell.dot(body) / square, 0.0), 1.0)
             t.share[i] = share
             w = shell + share * body
+            t.met[i] = ti.Vector([w[0], w[1], w[2], closing + share * closing_body])
             size = w.norm()
             missing = beyond(size / (FULL * inverse))
             if missing > 1e-4:
@@ -386,6 +397,7 @@ def _face(t: ti.template(), point: ti.template(), n: ti.i32, inverse_0: float):
                 t.p.pair[i][3] = -D
 
 
+@runtime.in_any_order
 @ti.kernel
 def _gather(t: ti.template(), particle: ti.template(), points: ti.i32, inverse_0: float):
     for k in range(points):
