@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from .progress import bytes_text, duration_text
 from .scene import Scene
@@ -76,26 +77,38 @@ def examine(arch: str = "cpu", say: Callable[[str], None] = print) -> bool:
     return well
 
 
-def account(scene: Scene, arch: str = "cpu", say: Callable[[str], None] = print) -> None:
-    """Prints what a scene takes: fields and bytes by their kind, kernels by their module, seconds to the first step."""
+def requirements(scene: Scene, arch: str = "cpu") -> dict[str, Any]:
+    """What a scene takes on the way to the end of its first step: nodes, stress_points, fields (name -> bytes), kernels (names), seconds to
+    build and compile, seconds of the first step."""
     from . import runtime
     from .solver.simulation import Simulation
 
     sim = Simulation(scene, arch=arch)
-    built = sim.compile_seconds
     began = time.perf_counter()
     sim.advance(1)
-    fields, kernels = runtime.current().fields, runtime.kernels()
-    say(f"{scene.title} ({scene.name}, {scene.quality}): {sim.n_nodes} nodes, {sim.stress_points} stress points")
-    for title, sizes in (("fields", fields), ("kernels", dict.fromkeys(kernels, 0))):
+    return {
+        "nodes": sim.n_nodes,
+        "stress_points": sim.stress_points,
+        "fields": runtime.current().fields,
+        "kernels": runtime.kernels(),
+        "built": sim.compile_seconds,
+        "first_step": time.perf_counter() - began,
+    }
+
+
+def account(scene: Scene, arch: str = "cpu", say: Callable[[str], None] = print) -> None:
+    """Prints what a scene takes: fields and bytes by their kind, kernels by their module, seconds to the first step."""
+    takes = requirements(scene, arch)
+    say(f"{scene.title} ({scene.name}, {scene.quality}): {takes['nodes']} nodes, {takes['stress_points']} stress points")
+    for title, sizes in (("fields", takes["fields"]), ("kernels", dict.fromkeys(takes["kernels"], 0))):
         kinds: dict[str, list[int]] = {}
         for name, size in sizes.items():
             kinds.setdefault(name.rpartition(".")[0], []).append(size)
-        total = f", {bytes_text(sum(sizes.values()))}, {sum(sizes.values()) / max(sim.n_nodes, 1):.0f} B per node" if any(sizes.values()) else ""
+        total = f", {bytes_text(sum(sizes.values()))}, {sum(sizes.values()) / max(takes['nodes'], 1):.0f} B per node" if any(sizes.values()) else ""
         say(f"{len(sizes)} {title}{total}")
         for kind, own in sorted(kinds.items(), key=lambda entry: -sum(entry[1])):
             say(f"  {kind}: {len(own)}" + (f", {bytes_text(sum(own))}" if any(own) else ""))
-    say(f"built and compiled in {duration_text(built)}, the first step in {duration_text(time.perf_counter() - began)}")
+    say(f"built and compiled in {duration_text(takes['built'])}, the first step in {duration_text(takes['first_step'])}")
 
 
 def _python() -> Finding:
