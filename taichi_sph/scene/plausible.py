@@ -193,6 +193,13 @@ def _fluids(s: "Scene") -> None:
                 raise ValueError(
                     f"walls[{number}]: neither parallel nor at right angles to walls[{other}], and their images could not meet; turn one of them"
                 )
+            apart = sum((b - a) * n for a, b, n in zip(wall.point, before.point, wall.normal)) / math.hypot(*wall.normal)
+            least = 1.03 * s.fluids[0].support * (s.fluids[0].spacing or s.numerics.spacing)
+            if cosine < 0 < apart < least:
+                raise ValueError(
+                    f"walls[{number}] and walls[{other}] face each other {show(apart, 'm')} apart, and images of images, which begin below {show(least, 'm')}, "
+                    "are not computed: move them apart, or take a finer spacing"
+                )
     _in_time(s, "a fluid moves", "fluids")
 
 
