@@ -35,7 +35,7 @@ BAD = [
     ("fluids.0.every", 4, "the scene has none; leave it out"),
     ("fluids.0.contact", "pinball", "fluids[0].contact"),
     ("fluids.0.water", {"sound": 0}, "fluids[0].water.sound = 0 m/s must be"),
-    ("fluids.0.water", {"density": -1}, "fluids[0].water.density = -1 kg/m3 must be"),
+    ("fluids.0.water", {"density": -1}, "fluids[0].water.density = -1 kg/m^3 must be"),
     ("fluids.0.fill.hi", [0.1, 0.1, -0.1], "fluids[0].fill.lo is not below hi along z"),
     ("fluids.0.fill", {"kind": "shell", "shell": "can"}, "there is no shell 'can'"),
     ("fluids.1", GOOD["fluids"][0] | {"name": "oil"}, "one fluid per scene"),
