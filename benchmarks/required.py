@@ -9,6 +9,7 @@ with a full one. Prints a table in markdown.
 import argparse
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -26,12 +27,7 @@ if isinstance(scene, Study):
     scene = next(iter(scene.cases.values()))
 print(json.dumps(requirements(scene)))
 """
-FEATURES = {  # of a scene: how names of its fields begin
-    "bending": ("nodes.omega",),
-    "plasticity": ("cells.plastic",),
-    "contact": ("pairs.",),
-    "fluid": ("water.",),
-}
+FEATURES = {"bending": r"nodes\.omega", "plasticity": r"cells\.plastic", "contact": r"pairs\.", "fluid": r".*\.rate_before"}  # names of fields
 
 
 def required(path: Path) -> dict:
@@ -60,7 +56,7 @@ def main() -> None:
     rows = {}
     for path in paths:
         r = rows[path.stem] = required(path)
-        has = ["yes" if any(name.startswith(start) for name in r["fields"] for start in starts) else "" for starts in FEATURES.values()]
+        has = ["yes" if any(re.match(pattern, name) for name in r["fields"]) else "" for pattern in FEATURES.values()]
         each = sum(r["fields"].values()) / r["nodes"]
         print(
             f"| {path.stem} | {r['nodes']} | {len(r['fields'])} | {each:.0f} | {len(r['kernels'])} | {' | '.join(has)} "

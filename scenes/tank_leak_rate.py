@@ -1,7 +1,7 @@
 """How fast does it leak? The filled tank of scenes/tank_leak.py, hit, and watched for 20 ms instead of 2.1.
 
 By 2.1 ms the crack is open and hardly any water has left: the wave has gone, the walls still move apart. What leaves then is what the blow
-set in motion; gravity is left out as in T, for it adds 0.2 m/s in that time. T ran its coupled tank as long, for 260 hours.
+set in motion, and then what gravity drives, which is on here: at 2.4 m/s under half the height. T ran its coupled tank as long, for 260 hours.
 
     python scenes/tank_leak_rate.py --quality draft --out DIR
 """
@@ -17,6 +17,7 @@ def scene(quality: Quality = "draft", velocity: Speed = 730.0) -> Scene:
         name="tank_leak_rate",
         title=f"Tank filled to 100 %, hit at {velocity:g} m/s: 20 ms of its leak",
         duration="20 ms",
+        gravity=(0, 0, -9.81),
         output=Output(frames=100, samples=400),
         quantities=[
             Quantity(name="leak_rate", unit="l/s"),

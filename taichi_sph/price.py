@@ -64,10 +64,11 @@ def knobs(scene: Scene, options: Sequence[str] = ()) -> dict[str, Settings]:
     found: dict[str, Settings] = {BASE: {}}
     if "quality" in options:
         found |= {f"quality {q}": {"quality": q} for q in ("draft", "standard", "paper") if q != scene.quality}
+        pinballs = {f"fluids.{fluid.name}.contact": "pinballs" for fluid in scene.fluids}  # T 3.3
         if scene.shells and all(shell.material.strength is None for shell in scene.shells):
-            found[THESIS] = {"quality": "paper", formulation: "collocation"}
+            found[THESIS] = {"quality": "paper", formulation: "collocation", **pinballs}
         elif necks := {f"shells.{s.name}.material.damage.necks": False for s in scene.shells if getattr(s.material.damage, "necks", False)}:
-            found[THESIS] = {"quality": "paper", **necks, **{f"fluids.{fluid.name}.contact": "pinballs" for fluid in scene.fluids}}
+            found[THESIS] = {"quality": "paper", **necks, **pinballs}
     if any(not isinstance(shell.surface, MeshFile) for shell in scene.shells):
         # of the water with that of its tank, which it has to fit
         spacings = {"numerics.spacing": n.spacing} | {f"fluids.{fluid.name}.spacing": fluid.spacing for fluid in scene.fluids if fluid.spacing is not None}
@@ -113,8 +114,8 @@ def _of_the_form(scene: Scene, key: str) -> dict[str, Settings]:
 def _of_the_fluid(fluid, wets: bool) -> dict[str, Settings]:
     """Support, viscosity and diffusion of a fluid; where it wets a shell, its contact and how often it acts."""
     inside, found = f"fluids.{fluid.name}", {}
-    found |= {f"{fluid.name} support {s:g}": {f"{inside}.support": s} for s in (1.05, 1.3)}
-    found |= {f"{fluid.name} alpha {a:.3g}": {f"{inside}.alpha": a} for a in (fluid.alpha / 3, fluid.alpha * 3)}
+    found |= {f"{fluid.name} support {s:g}": {f"{inside}.support": s} for s in (1.05, 1.3) if s != fluid.support}
+    found |= {f"{fluid.name} alpha {a:.3g}": {f"{inside}.alpha": a} for a in (fluid.alpha / 3, fluid.alpha * 3) if 0.0 < a <= 3.0}
     found |= {f"{fluid.name} delta {d:g}": {f"{inside}.delta": d} for d in (0.0, 0.1) if d != fluid.delta}
     if wets:
         found |= {f"{fluid.name} every {k}": {f"{inside}.every": k} for k in (2, 4) if k != fluid.every}
@@ -442,7 +443,7 @@ def main(
             raise RunStopped(f"the scene as it is gives no answer: {points[0]['sentence']}")
         entries = all_results[0]["summary"]["quantities"]
         names, counts = judged(entries, quantities)
-        series = [p for p in points if p["status"] == "done" and p["settings"].keys() <= {"quality", "numerics.spacing"}]
+        series = [p for p in points if p["status"] == "done" and p["name"].startswith((BASE, "quality ", "spacing x "))]
         refs = references(points[0], names, series, entries)
         thesis = next((name for name in (THESIS, PAPER) if name in chosen and scene.shells), None)
         measure = "processor" if points[0]["processor"] >= LEAST else "node_steps"

@@ -22,7 +22,7 @@ The rates are those of the fluid alone: what surfaces do to a density over the s
 from .. import runtime
 from ..laws import eos_acoustic, eos_tait
 from ..model.fluid import NARROWEST, WIDEST
-from ..model.walls import RIM
+from ..model.walls import MOST, NONE, RIM
 from ..numerics.kernel import w2_slope
 from ..runtime import ti
 
@@ -141,7 +141,7 @@ def _neighbours(
         V = ti.abs(b[3])
         whole = D * 0.0 + 1.0
         if ti.static(holed):
-            for c in ti.static(range(3)):
+            for c in ti.static(range(MOST)):
                 if (image >> c) & 1:
                     if t.walls.radius[found[c]] > 0.0:  # i as j, so that forces and rates stay each other's transpose
                         shares = t.walls.share(found[c], t.p.x[i], RIM * t.p.spacing) * t.walls.share(found[c], t.p.x[j], RIM * t.p.spacing)
@@ -172,33 +172,43 @@ def _act(
         g = density * ti.cast(gravity, float)
         half = 0.5 / spacing
         first = i * width
-        none = ti.Vector([-1, -1, -1])
         own = ti.Vector([D * 0.0, D * 0.0, D * 0.0, D * 0.0])
-        sums = ti.Vector([0, 0, 0, 0, 0, 0], float)
+        amid = False
         if ti.static(t.wets):
+            amid = t.wet.amid[i] == 1
             if a[3] < 0.0:
                 own = t.wet.side[i]
-            if t.wet.amid[i] == 1:
-                sums = _neighbours(t, near, i, first, x, v, own, D, p, g, half, inverse_0, linear, quadratic, eps2, none, 0, True, False)
-            else:
-                sums = _neighbours(t, near, i, first, x, v, own, D, p, g, half, inverse_0, linear, quadratic, eps2, none, 0, False, False)
-        else:
-            sums = _neighbours(t, near, i, first, x, v, own, D, p, g, half, inverse_0, linear, quadratic, eps2, none, 0, False, False)
-        f, div, spread, power = ti.Vector([sums[0], sums[1], sums[2]]), sums[3], sums[4], sums[5]
+        found, count = ti.Vector(NONE), 0
         if ti.static(t.walls.n > 0):
-            # what their images in the walls do to i is what they do to its image: one reflection instead of one for each
             found, count = t.walls.near(t.p.x[i], 1.0 / inverse_0, RIM * spacing)
-            for image in range(1, 1 << count):
-                if t.walls.shows(found, image, t.p.x[i], 1.0 / inverse_0):
-                    y, w = t.walls.mirrored(found, image, x, origin), t.walls.turned(found, image, v)
-                    turned = t.walls.turned(found, image, ti.Vector([own[0], own[1], own[2]]))
-                    other = ti.Vector([turned[0], turned[1], turned[2], own[3]])
-                    if t.walls.pierced(found, image):
-                        sums = _neighbours(t, near, i, first, y, w, other, D, p, g, half, inverse_0, linear, quadratic, eps2, found, image, t.wets, True)
-                    else:
-                        sums = _neighbours(t, near, i, first, y, w, other, D, p, g, half, inverse_0, linear, quadratic, eps2, found, image, t.wets, False)
-                    f += t.walls.turned(found, image, ti.Vector([sums[0], sums[1], sums[2]]))
-                    div, power = div + sums[3], power + sums[5]
+        f, div, spread, power = x * 0.0, D * 0.0, D * 0.0, D * 0.0
+        # what the images of its neighbours in walls do to i is what they themselves do to its image: image 0 is i itself
+        for image in range(0, 1 << count):
+            y, w, side, whole = x, v, own, True
+            if ti.static(t.walls.n > 0):
+                if not t.walls.shows(found, image, t.p.x[i], 1.0 / inverse_0):
+                    continue
+                y, w = t.walls.mirrored(found, image, x, origin), t.walls.turned(found, image, v)
+                turned = t.walls.turned(found, image, ti.Vector([own[0], own[1], own[2]]))
+                side = ti.Vector([turned[0], turned[1], turned[2], own[3]])
+            sums = ti.Vector([0, 0, 0, 0, 0, 0], float)
+            if ti.static(t.walls.holed):
+                if t.walls.pierced(found, image):
+                    whole = False
+                    sums = _neighbours(t, near, i, first, y, w, side, D, p, g, half, inverse_0, linear, quadratic, eps2, found, image, t.wets, True)
+            if whole:
+                if ti.static(t.wets):
+                    if amid:
+                        sums = _neighbours(t, near, i, first, y, w, side, D, p, g, half, inverse_0, linear, quadratic, eps2, found, image, True, False)
+                if not amid:
+                    sums = _neighbours(t, near, i, first, y, w, side, D, p, g, half, inverse_0, linear, quadratic, eps2, found, image, False, False)
+            force = ti.Vector([sums[0], sums[1], sums[2]])
+            if ti.static(t.walls.n > 0):
+                force = t.walls.turned(found, image, force)
+            f += force
+            div, power = div + sums[3], power + sums[5]
+            if image == 0:
+                spread = sums[4]
         V = D * D * D
         wall = D * 0.0  # divergence by what the surfaces do
         if ti.static(t.wets):

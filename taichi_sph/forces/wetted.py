@@ -38,7 +38,7 @@ import numpy as np
 
 from .. import runtime
 from ..model.rigid import spin_of, surface, turned
-from ..model.walls import RIM
+from ..model.walls import MOST, NONE, RIM
 from ..numerics.cells import CellGrid, bucket, cube, running
 from ..numerics.kernel import w2
 from ..runtime import ti
@@ -193,7 +193,7 @@ class Wetted:
     @ti.func
     def images(self, i, inverse):
         """The walls that show particle i images of the surfaces, and how many they are."""
-        found, count = ti.Vector([-1, -1, -1]), 0
+        found, count = ti.Vector(NONE), 0
         if ti.static(self.walls.n > 0):
             found, count = self.walls.near(self.p.x[i], 1.0 / inverse, RIM * self.spacing)
         return found, count
@@ -211,7 +211,7 @@ class Wetted:
         """How much of an image particle i gets: less around the hole of a wall, as of the images of its neighbours."""
         result = ti.cast(1.0, ti.f64)
         if ti.static(self.walls.n > 0):
-            for c in ti.static(range(3)):
+            for c in ti.static(range(MOST)):
                 if (image >> c) & 1:
                     result *= self.walls.share(found[c], self.p.x[i], RIM * self.spacing)
         return ti.cast(result, float)

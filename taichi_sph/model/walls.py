@@ -6,6 +6,8 @@ from .. import runtime
 from ..runtime import ti
 
 RIM = 2.0  # D over which the images around a hole in a wall fade in
+MOST = 6  # walls within reach of one place: a box as narrow as that has six
+NONE = [-1] * MOST
 
 
 @ti.data_oriented
@@ -15,6 +17,7 @@ class Walls:
     def __init__(self, name: str, walls):
         """walls: scene.Wall."""
         self.n = len(walls)
+        self.holed = any(wall.hole is not None for wall in walls)
         self.point = runtime.new(f"{name}.wall_point", self.n, 3, "f64")  # m
         self.normal = runtime.new(f"{name}.wall_normal", self.n, 3, "f64")
         self.centre = runtime.new(f"{name}.hole_centre", self.n, 3, "f64")  # m
@@ -56,11 +59,11 @@ class Walls:
 
     @ti.func
     def near(self, x, reach, width):
-        """The walls whose images reach the place x, three at most, and how many they are."""
-        found = ti.Vector([-1, -1, -1])
+        """The walls whose images reach the place x, MOST at most, and how many they are."""
+        found = ti.Vector(NONE)
         count = 0
         for k in range(self.n):
-            if count < 3 and self.height(k, x) < reach and self.share(k, x, width) > 0.0:
+            if count < MOST and self.height(k, x) < reach and self.share(k, x, width) > 0.0:
                 found[count] = k
                 count += 1
         return found, count
@@ -71,7 +74,7 @@ class Walls:
         not in two that face each other, nor from outside the reach of a corner."""
         square = ti.cast(0.0, ti.f64)
         result = True
-        for c in ti.static(range(3)):
+        for c in ti.static(range(MOST)):
             if (image >> c) & 1:
                 h = ti.max(self.height(found[c], x), 0.0)
                 square += h * h
@@ -82,9 +85,9 @@ class Walls:
 
     @ti.func
     def pierced(self, found, image):
-        """Whether one of them has a hole."""
+        """Whether one of them has a hole: far from it as well, for what ran out may spread behind the wall, where it has no share."""
         result = False
-        for c in ti.static(range(3)):
+        for c in ti.static(range(MOST)):
             if (image >> c) & 1:
                 result = result or self.radius[found[c]] > 0.0
         return result
@@ -92,7 +95,7 @@ class Walls:
     @ti.func
     def turned(self, found, image, a):
         """The vector a reflected in those of the walls `found` whose bit of `image` is 1."""
-        for c in ti.static(range(3)):
+        for c in ti.static(range(MOST)):
             if (image >> c) & 1:
                 normal = ti.cast(self.normal[found[c]], float)
                 a -= 2.0 * a.dot(normal) * normal
@@ -101,7 +104,7 @@ class Walls:
     @ti.func
     def mirrored(self, found, image, y, origin):
         """The place y [m, relative to the origin] reflected in them."""
-        for c in ti.static(range(3)):
+        for c in ti.static(range(MOST)):
             if (image >> c) & 1:
                 k = found[c]
                 normal = ti.cast(self.normal[k], float)

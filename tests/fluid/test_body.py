@@ -24,6 +24,19 @@ def test_water_at_rest_in_a_box():
     assert f["points"].min() > 0.5 * SPACING * (1 - 1e-9)
 
 
+def test_every_wall_within_reach_shows_its_images():
+    """At one pressure nothing pushes, in the corner of a slice three spacings thick as well: four walls are within reach there, and six in a cube."""
+    for counts, walls in (((8, 3, 8), box(1.0, 0.03)), ((3, 3, 3), box(0.03, 0.03, 0.03))):
+        x = lattice(counts)
+        b = body(x, walls=walls, delta=0.0)
+        put(b, "s", np.full(len(x), 1e-3))
+        b.rates(0.0, 1e-9)
+        inner = (x < 0.03 + 1e-9).all(axis=1)  # away from where the slice is open
+        push = np.abs(by_id(b, "force"))[inner].max() / (b.water.stiffness * 1e-3 * SPACING**2)
+        print(f"{counts}: {push:.1e} of p D^2")
+        assert push < 1e-12
+
+
 def test_standing_wave_in_a_closed_column():
     """Between rigid ends f = c / (2 L); the first moment of the kernel lowers it by 0.9 %."""
     L = 20 * SPACING

@@ -94,27 +94,30 @@ def front(run: RunFolder, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     return np.array([t for t, _ in frames]), np.array([f.points[:, 0].max() + half for _, f in frames])
 
 
-def surge_delay(run: RunFolder, scene: Scene, *, width: float, start: float) -> float:
+def surge_delay(run: RunFolder, scene: Scene, *, width: float, start: float = 0.0, end: float = math.inf) -> float | None:
     """By how much later than ours the front of Martin and Moyce 1952 stands at the same place, in T: mean over their points from T = `start`
-    on; width [m] of the column."""
+    to `end`, None where our front reaches none of them; width [m] of the column."""
     t, x = front(run, scene)
     T = t * math.sqrt(2 * weight(scene)[0] / width)
-    theirs, Z = MARTIN_MOYCE[(MARTIN_MOYCE[:, 0] >= start) & (MARTIN_MOYCE[:, 1] <= x[-1] / width)].T
-    return float(np.mean(theirs - np.interp(Z, x / width, T)))
+    theirs, Z = MARTIN_MOYCE.T
+    inside = (theirs >= start) & (theirs <= end) & (x[-1] / width >= Z)
+    return float(np.mean(theirs[inside] - np.interp(Z[inside], x / width, T))) if inside.any() else None
 
 
 def surge_deviation(
     run: RunFolder, scene: Scene, *, width: float, delay: float | None = None, start: float = 0.0, end: float = math.inf
-) -> float:
+) -> float | None:
     """Largest deviation of the front from Martin and Moyce 1952, over their Z, between the dimensionless times `start` and
     `end` of theirs; width [m] of the column; delay: dimensionless, by which the experiment starts later; None: surge_delay."""
     t, x = front(run, scene)
     if delay is None:
-        delay = surge_delay(run, scene, width=width, start=start)
+        delay = surge_delay(run, scene, width=width, start=start, end=end)
+    if delay is None:
+        return None
     T = t * math.sqrt(2 * weight(scene)[0] / width) + delay
     inside = (MARTIN_MOYCE[:, 0] >= start) & (MARTIN_MOYCE[:, 0] <= min(end, T[-1]))
     at, Z = MARTIN_MOYCE[inside].T
-    return float(np.abs(np.interp(at, T, x / width) / Z - 1).max())
+    return float(np.abs(np.interp(at, T, x / width) / Z - 1).max()) if inside.any() else None
 
 
 def surge_speed(run: RunFolder, scene: Scene, *, width: float, start: float, end: float) -> float:
