@@ -134,6 +134,10 @@ def _neighbours(
     sided: some of them, or i, may have a side (wetted.py). holed: x is an image of i in walls with holes, which is not whole near them. No
     branch otherwise, so that several neighbours are taken at once."""
     f0, f1, f2, div, spread, power = D * 0.0, D * 0.0, D * 0.0, D * 0.0, D * 0.0, D * 0.0
+    here, cover = ti.Vector([own[0], own[1], own[2]]), D * 0.0
+    if ti.static(sided):
+        if own[3] > 0.0:
+            cover = t.wet.cover[i]
     for m in range(first, first + t.near.number[i]):
         j = near[m]
         b = t.p.pair[j]
@@ -146,12 +150,16 @@ def _neighbours(
                     if t.walls.radius[found[c]] > 0.0:  # i as j, so that forces and rates stay each other's transpose
                         shares = t.walls.share(found[c], t.p.x[i], RIM * t.p.spacing) * t.walls.share(found[c], t.p.x[j], RIM * t.p.spacing)
                         whole *= ti.cast(shares, float)
-        one = _pair(y, w, D, p, V, b[7], g, half_by_spacing, inverse_0, linear, quadratic, eps2)
-        f0, f1, f2 = f0 + whole * one[0], f1 + whole * one[1], f2 + whole * one[2]
-        div, spread, power = div + whole * one[3], spread + one[4], power + whole * one[5]
+        n, size = here, D * 0.0
         if ti.static(sided):
             other = t.wet.side[j]
             n, size = ti.Vector([other[0], other[1], other[2]]), ti.select(b[3] < 0.0, other[3], 0.0)
+            behind = ti.select(here.dot(n) < -0.5, 1.0, 0.0) * ti.select(y.dot(here - n) > 0.0, 1.0, 0.0) * ti.select(b[3] < 0.0, 1.0, 0.0)
+            whole *= 1.0 - ti.cast(behind, float) * cover * t.wet.cover[j]
+        one = _pair(y, w, D, p, V, b[7], g, half_by_spacing, inverse_0, linear, quadratic, eps2)
+        f0, f1, f2 = f0 + whole * one[0], f1 + whole * one[1], f2 + whole * one[2]
+        div, spread, power = div + whole * one[3], spread + whole * one[4], power + whole * one[5]
+        if ti.static(sided):
             mine, his = along(own, y), size * (y - y.dot(n) * n)
             more, G = p * mine + b[7] * his, whole * one[6]
             f0, f1, f2 = f0 - G * more[0], f1 - G * more[1], f2 - G * more[2]

@@ -27,6 +27,12 @@ mid-surface, and fades out over the last D/10 before its plane, so that water in
 bodies carry points on the outside of their pinballs. Where a shell lies between water and a body (a striker that still
 pushes its plug) the body's share is what w of the shell leaves of it.
 
+Water on the other side of a wall is not seen through it: a pair whose normals oppose each other, each behind the other's, counts
+
+    1 - c_i c_j,     c = |w| over that of an even wall without end at the mean distance of the points (at most 1)
+
+so that it fades in towards a rim or a hole, where both see each other past the edge.
+
 Rigid planes show a particle images of the surfaces as well as of its neighbours.
 
 The pinballs remain behind this, at PINBALL D: they stop what no pressure stops, and keep a sound wall tight.
@@ -91,6 +97,7 @@ class Wetted:
         self.push = new("wet.push", n, 3)  # N, of the water
         self.stress = new("wet.stress", particles.n)  # N m: V (2 p + Pi) of each particle
         self.side = new("wet.side", particles.n, 4)  # n, and 1 / gamma - 1
+        self.cover = new("wet.cover", particles.n)  # c, of those with a side
         self.amid = new("wet.amid", particles.n, dtype="i32")  # 1: it or a neighbour has points within reach
         self.share = new("wet.share", particles.n)  # part of the rigid points' w that the shell does not cover
         self.met = new("wet.met", particles.n, 4)  # w, and sum of w_k . (v - v_k), of this step
@@ -189,6 +196,16 @@ class Wetted:
                 else:
                     r += self.half * unit
         return w2(r.norm(), inverse) * a
+
+    @ti.func
+    def above(self, k, x):
+        """Height of x over the surface at the point k [m], on either side of a shell."""
+        a = ti.Vector([self.record[k][3], self.record[k][4], self.record[k][5]])
+        r = x - ti.Vector([self.record[k][0], self.record[k][1], self.record[k][2]])
+        up = r.dot(a) / ti.max(a.norm(), 1e-30)
+        if k < self.ns:
+            up = ti.abs(up) - self.half
+        return ti.max(up, 0.0)
 
     @ti.func
     def images(self, i, inverse):
@@ -358,6 +375,13 @@ def beyond(u):
 
 
 @runtime.in_any_order
+@ti.func
+def even(q):
+    """|w| at the height q, over 2h, above an even wall without end, over that on it."""
+    t = ti.max(1.0 - q, 0.0)
+    return 14.0 * t * t * t * t * t * (1.0 - 1.5 * t + 4.0 / 7.0 * t * t)
+
+
 @ti.kernel
 def _face(t: ti.template(), point: ti.template(), n: ti.i32, inverse_0: float):
     for i in range(n):
@@ -366,7 +390,7 @@ def _face(t: ti.template(), point: ti.template(), n: ti.i32, inverse_0: float):
             x = ti.Vector([t.p.pair[i][0], t.p.pair[i][1], t.p.pair[i][2]])
             v = ti.Vector([t.p.pair[i][4], t.p.pair[i][5], t.p.pair[i][6]])
             shell, body = x * 0.0, x * 0.0
-            closing, closing_body = D * 0.0, D * 0.0
+            closing, closing_body, sizes, heights = D * 0.0, D * 0.0, D * 0.0, D * 0.0
             inverse = inverse_0 * t.spacing / D
             found, count = t.images(i, inverse)
             for image in range(0, 1 << count):
@@ -377,6 +401,8 @@ def _face(t: ti.template(), point: ti.template(), n: ti.i32, inverse_0: float):
                     w = whole * t.facet(k, seen, D, inverse)
                     nearing = w.dot(moving - ti.Vector([t.record[k][6], t.record[k][7], t.record[k][8]]))
                     w = t.reflected(found, image, w)
+                    sizes += w.norm()
+                    heights += w.norm() * t.above(k, seen)
                     if k < t.ns:
                         shell += w
                         closing += nearing
@@ -394,6 +420,7 @@ def _face(t: ti.template(), point: ti.template(), n: ti.i32, inverse_0: float):
             missing = beyond(size / (FULL * inverse))
             if missing > 1e-4:
                 t.side[i] = ti.Vector([w[0] / size, w[1] / size, w[2] / size, missing / (1.0 - missing)])
+                t.cover[i] = ti.min(size / ti.max(FULL * inverse * even(inverse * heights / sizes), 1e-30), 1.0)
                 t.p.pair[i][3] = -D
 
 

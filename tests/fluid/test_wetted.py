@@ -71,6 +71,83 @@ def test_facets_of_a_plane_give_its_integral(above):
     assert -runtime.get(sim.nodes.force, sim.nodes.n).sum(axis=0)[2] == pytest.approx(integral(above * d, f.water.support * d), rel=0.01)
 
 
+@pytest.mark.parametrize("above", [0.5, 1.0, 1.5])
+def test_an_even_wall_is_covered_whole(above):
+    d = 0.02
+    sim = start(plane(0.5e-3 + (above - 0.5) * d))
+    sim.fluid.pairs.pack(0.0)
+    assert runtime.get(sim.fluid.wet.cover, 1)[0] == pytest.approx(1.0, abs=0.015)
+
+
+def divided(low: float, high: float):
+    """Forces (N, 3) [N] on water from z = low to high [m] about a held plate, at random velocities and pressures, by their places, and the
+    rates of their densities."""
+    d, half = 0.02, 0.5e-3
+    scene = plane(half)
+    pieces = [np.arange(-0.06, 0.06 - 1e-9, d) + 0.5 * d] * 2
+    z = np.array([half + (k + 0.5) * d for k in range(4)])
+    z = np.concatenate([-z[::-1], z])
+    z = z[(z > low) & (z < high)]
+    points = np.stack(np.meshgrid(*pieces, z, indexing="ij"), axis=-1).reshape(-1, 3)
+    sim = start(scene.model_copy(update={"fluids": (scene.fluids[0].model_copy(update={"fill": FluidBox(lo=(-0.06, -0.06, half), hi=(0.06, 0.06, half + d * len(z)))}),)}))
+    f = sim.fluid
+    assert f.p.n == len(points)
+    # of each place its own numbers, whatever else is there
+    key = np.round(points / d * 2).astype(int) @ [1, 40, 1600]
+    noise = np.array([np.random.default_rng(abs(k) + 10**6 * (k < 0)).uniform(-1, 1, 4) for k in key])
+    runtime.put(f.p.x, points)
+    runtime.put(f.p.v, noise[:, :3])
+    runtime.put(f.p.s, 1e-3 * (2 + noise[:, 3]))
+    runtime.put(f.p.id, np.arange(len(points), dtype=np.int32))
+    f.sort()
+    f.wet.renew()
+    f.pairs.mark()
+    f.rates(0.0, 1e-6)
+    back = np.argsort(runtime.get(f.p.id, f.p.n))
+    return points, runtime.get(f.p.force, f.p.n)[back], runtime.get(f.p.rate, f.p.n)[back]
+
+
+def test_water_does_not_see_through_a_wall():
+    """What is behind a plate changes nothing before it."""
+    points, force, rate = divided(-1.0, 1.0)
+    upper, alone, rate_alone = divided(0.0, 1.0)
+    above = points[:, 2] > 0
+    assert above.sum() == len(upper) == len(points) // 2 and np.allclose(points[above], upper)
+    middle = (np.abs(upper[:, :2]) < 0.03).all(axis=1)  # the pieces end at 0.06 m, the plate at 0.15
+    print(np.abs(force[above] - alone)[middle].max() / np.abs(alone).max(), np.abs(rate[above] - rate_alone)[middle].max() / np.abs(rate_alone).max())
+    assert np.abs(force[above] - alone)[middle].max() < 0.01 * np.abs(alone).max()
+    assert np.abs(rate[above] - rate_alone)[middle].max() < 0.01 * np.abs(rate_alone).max()
+
+
+@pytest.mark.parametrize("thickness", [1e-3, 2e-4])
+def test_a_plate_between_two_waters_swings_and_nothing_comes_through(thickness):
+    """Light between two heavy layers: the step of the fluid holds (fluid_body.SWING), the balance closes, no particle changes its side."""
+    d, half = 0.02, 0.08
+    edges = [Box(hi=(-half + 4e-3, None, None)), Box(lo=(half - 4e-3, None, None)), Box(hi=(None, -half + 4e-3, None)), Box(lo=(None, half - 4e-3, None))]
+    scene = plane(0.5e-3)
+    shell = scene.shells[0].model_copy(update={"surface": Plate(length=2 * half, width=2 * half, origin=(-half, -half, 0)), "thickness": thickness})
+    box = FluidBox(lo=(-half, -half, 0.5 * thickness), hi=(half, half, 0.5 * thickness + 8 * d))
+    water = scene.fluids[0].model_copy(update={"fill": box, "alpha": 0.02, "velocity": (0, 0, 0)})
+    walls = tuple(Wall(point=[-half * n for n in normal], normal=normal) for normal in ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)))
+    motions = tuple(PrescribedVelocity(shell="plate", where=where, velocity=(0, 0, 0), spin=(0, 0, 0)) for where in edges)
+    sim = start(scene.model_copy(update={"shells": (shell,), "fluids": (water,), "walls": walls, "motions": motions, "duration": 1.0}))
+    f = sim.fluid
+    x = runtime.get(f.p.x, f.p.n)
+    below = x[:, 2] > 0.5 * thickness + 4 * d
+    x[below, 2] = 4 * d - x[below, 2]  # the upper half of the box, mirrored
+    runtime.put(f.p.x, x)
+    runtime.put(f.p.s, np.random.default_rng(0).uniform(0, 1e-4, f.p.n))
+    f.sort()
+    f.wet.renew()
+    f.pairs.mark()
+    f.injected = f.compressed = f.stored()
+    sim.advance(1000)
+    e = sim.energies()
+    print(e["closed_residual_percent"], e["kinetic"], f.injected)
+    assert abs(e["closed_residual_percent"]) < 0.5 and e["kinetic"] < f.injected
+    assert (runtime.get(f.p.x, f.p.n)[:, 2] > 0).sum() == f.p.n // 2
+
+
 @pytest.mark.parametrize("rigids, walled", [((), False), ((), True), ((BULLET,), False)])
 def test_pressure_does_the_work_that_the_density_stores(rigids, walled):
     """sum f.v over particles, nodes and bodies = sum V p div v, at any positions and velocities, between planes too."""
