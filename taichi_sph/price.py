@@ -75,7 +75,8 @@ def knobs(scene: Scene, options: Sequence[str] = ()) -> dict[str, Settings]:
         found |= {f"spacing x {f:.3g}": {key: value * f for key, value in spacings.items()} for f in (2.0, 1.5, 2 / 3)}
         other = "triangle" if n.cells == "quad" else "quad"
         found[f"cells {other}"] = {"cells" if "cells" in options else "numerics.cells": other}
-    found |= _of_the_form(scene, formulation)
+    if scene.shells:
+        found |= _of_the_form(scene, formulation)
     found["precision f32"] = {"numerics.precision": "f32"}
     bends = any(shell.motion == "free" for shell in scene.shells)
     if scene.increments is None:
@@ -86,7 +87,7 @@ def knobs(scene: Scene, options: Sequence[str] = ()) -> dict[str, Settings]:
         found |= {f"residual x {f:g}": {"static.residual": scene.static.residual * f} for f in (100.0, 10.0)}
     for shell in scene.shells:
         found |= _of_the_material(shell)
-    if scene.rigids or scene.fluids or any(shell.self_contact for shell in scene.shells):
+    if scene.rigids or (scene.fluids and scene.shells) or any(shell.self_contact for shell in scene.shells):
         found |= {f"contact tolerance {t:g}": {"numerics.contact": {"tolerance": t}} for t in (1e-2, 1e-6)}
     for fluid in scene.fluids:
         if fluid.spacing is not None:

@@ -85,6 +85,15 @@ def test_every_knob_of_a_tank_of_water():
             scene.derive(**settings), name
 
 
+def test_water_alone_has_no_knobs_of_a_shell():
+    from pathlib import Path
+
+    scene = load_scene(Path(__file__).parents[2] / "scenes" / "torricelli.py")
+    found = price.knobs(scene, ["quality", "head"])
+    assert {"quality paper", "precision f32", "water alpha 0.06", "water delta 0", "time_step_safety 0.5"} <= found.keys()
+    assert not [name for name in found if name.startswith(("support", "stabil", "cells", "contact", "shear", "spacing")) or "every" in name]
+
+
 def test_knobs_turned_together():
     from pathlib import Path
 
