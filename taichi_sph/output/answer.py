@@ -29,6 +29,7 @@ OPTIONS = {
     "striker": "of {}", "mode": "of mode {}", "column": "of {}", "history": "in {}", "body": "of {}", "time": "at {}", "start": "from {}",
     "end": "to {}", "reference": "over {}",
 }  # fmt: skip
+ENOUGH = 10  # particles that have left: fewer make no rate
 PLAIN = ("surge_delay", "surge_deviation", "surge_speed")  # their start and end are no times
 
 
@@ -220,7 +221,11 @@ def _leak(run: RunFolder, ruptured: bool) -> list[str]:
     out = float(leak.litres(run, history)[-1])
     if out <= 0:
         return ["Nothing leaked out." if not ruptured else f"Nothing leaked out by {quantity_text(float(history.time[-1]), 's')}."]
-    text = f"It leaks {quantity_text(leak.leak_rate(run, run.scene), 'l/s')}: {quantity_text(out, 'l')} by the end"
+    count = int(history["escaped_count"][-1])
+    if count < ENOUGH:
+        text = f"It begins to leak: {quantity_text(out, 'l')} by the end ({count} particle{'s' if count > 1 else ''}, too few for a rate)"
+    else:
+        text = f"It leaks {quantity_text(leak.leak_rate(run, run.scene), 'l/s')} at the end: {quantity_text(out, 'l')} so far"
     speed = leak.jet_speed(run, run.scene)
     if speed is not None:
         text += f", in a jet of {quantity_text(speed, 'm/s')}"

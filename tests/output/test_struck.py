@@ -206,11 +206,13 @@ def test_the_answer_about_the_plate(plate) -> None:
     assert lines[1] == "The striker ends at 255 m/s after 300 m/s (27.8 % of its energy lost); the largest force is 289 kN."
 
 
-def test_the_answer_about_the_tank(empty, full) -> None:
+def test_the_answer_about_the_tank(empty, full, monkeypatch) -> None:
     assert "another of" in answer(empty)[0] and "(23.1 % of its energy lost)" in answer(empty)[1]
     lines = answer(full)
     assert "a crack 444 mm long, open by 11.4 mm" in lines[0]
-    assert lines[1].startswith("It leaks 3.1 l/s: 4.34 ml by the end, in a jet of 60 m/s, through ")
+    assert lines[1].startswith("It leaks 3.1 l/s at the end: 4.34 ml so far, in a jet of 60 m/s, through ")
+    monkeypatch.setattr("taichi_sph.output.answer.ENOUGH", 10**9)
+    assert "too few for a rate" in answer(full)[1] and answer(full)[1].startswith("It begins to leak: 4.34 ml by the end (")
 
 
 def test_the_answer_when_nothing_broke(tmp_path: Path) -> None:

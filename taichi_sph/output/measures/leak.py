@@ -16,6 +16,7 @@ from ..folder import RunFolder
 from ..histories import History
 
 LITRE = 1e-3  # m3
+LAST = 0.1  # of the run: over less, one particle makes a rate
 HISTORY = "leak"
 
 
@@ -41,9 +42,11 @@ def window(history: History, start: float | None, end: float) -> np.ndarray:
 
 
 def leak_rate(run: RunFolder, scene: Scene, *, start: float | None = None, end: float = math.inf) -> float:
-    """Mean leak [l/s] from `start` (by default the first escape) to `end` [s]: what escaped over the time between;
-    0 where nothing did."""
+    """Mean leak [l/s] from `start` to `end` [s]: what escaped over the time between; 0 where nothing did. By default the last
+    tenth of the time until `end`: how fast it leaks then."""
     history = run.history(HISTORY)
+    if start is None:
+        start = (1.0 - LAST) * min(end, float(history.time[-1])) if len(history) else 0.0
     inside = np.flatnonzero(window(history, start, end))
     if len(inside) < 2:
         return 0.0
