@@ -69,6 +69,8 @@ def knobs(scene: Scene, options: Sequence[str] = ()) -> dict[str, Settings]:
             found[THESIS] = {"quality": "paper", formulation: "collocation", **pinballs}
         elif necks := {f"shells.{s.name}.material.damage.necks": False for s in scene.shells if getattr(s.material.damage, "necks", False)}:
             found[THESIS] = {"quality": "paper", **necks, **pinballs}
+    if not scene.shells:
+        found |= {f"spacing x {f:.3g}": {"numerics.spacing": n.spacing * f} for f in (1.5, 2 / 3)}
     if any(not isinstance(shell.surface, MeshFile) for shell in scene.shells):
         # of the water with that of its tank, which it has to fit
         spacings = {"numerics.spacing": n.spacing} | {f"fluids.{fluid.name}.spacing": fluid.spacing for fluid in scene.fluids if fluid.spacing is not None}
@@ -175,6 +177,12 @@ def point(name: str, result: Mapping[str, Any]) -> dict[str, Any]:
         "met": {name: entry["met"] for name, entry in s.get("quantities", {}).items()},
         "B_percent": s.get("B_percent"),
     }
+
+
+def _only_spacing(settings: Settings) -> bool:
+    """Whether they change nothing but the spacing, of a fluid only together with that of its tank."""
+    fluid = {key for key in settings if key.startswith("fluids.") and key.endswith(".spacing")}
+    return settings.keys() - fluid <= {"quality", "numerics.spacing"} and (not fluid or "numerics.spacing" in settings)
 
 
 def judged(entries: Mapping[str, Mapping[str, Any]], wanted: Sequence[str] = ()) -> tuple[list[str], list[str]]:
@@ -444,7 +452,7 @@ def main(
             raise RunStopped(f"the scene as it is gives no answer: {points[0]['sentence']}")
         entries = all_results[0]["summary"]["quantities"]
         names, counts = judged(entries, quantities)
-        series = [p for p in points if p["status"] == "done" and p["name"].startswith((BASE, "quality ", "spacing x "))]
+        series = [p for p in points if p["status"] == "done" and _only_spacing(p["settings"])]
         refs = references(points[0], names, series, entries)
         thesis = next((name for name in (THESIS, PAPER) if name in chosen and scene.shells), None)
         measure = "processor" if points[0]["processor"] >= LEAST else "node_steps"

@@ -155,7 +155,7 @@ def _neighbours(
             other = t.wet.side[j]
             n, size = ti.Vector([other[0], other[1], other[2]]), ti.select(b[3] < 0.0, other[3], 0.0)
             behind = ti.select(here.dot(n) < -0.5, 1.0, 0.0) * ti.select(y.dot(here - n) > 0.0, 1.0, 0.0) * ti.select(b[3] < 0.0, 1.0, 0.0)
-            whole *= 1.0 - ti.cast(behind, float) * cover * t.wet.cover[j]
+            whole *= 1.0 - 0.5 * ti.cast(behind, float) * (cover + t.wet.cover[j])
         one = _pair(y, w, D, p, V, b[7], g, half_by_spacing, inverse_0, linear, quadratic, eps2)
         f0, f1, f2 = f0 + whole * one[0], f1 + whole * one[1], f2 + whole * one[2]
         div, spread, power = div + whole * one[3], spread + whole * one[4], power + whole * one[5]

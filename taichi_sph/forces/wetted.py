@@ -27,11 +27,12 @@ mid-surface, and fades out over the last D/10 before its plane, so that water in
 bodies carry points on the outside of their pinballs. Where a shell lies between water and a body (a striker that still
 pushes its plug) the body's share is what w of the shell leaves of it.
 
-Water on the other side of a wall is not seen through it: a pair whose normals oppose each other, each behind the other's, counts
+Water on the other side of a wall is not seen through it: a pair whose normals oppose each other (n_i.n_j < -1/2) and that lies across the wall
+(x_ij.(n_i - n_j) > 0) counts
 
-    1 - c_i c_j,     c = |w| over that of an even wall without end at the mean distance of the points (at most 1)
+    1 - (c_i + c_j) / 2,     c = |w| over that of an even wall without end at the mean distance of the points (at most 1)
 
-so that it fades in towards a rim or a hole, where both see each other past the edge.
+so that towards a rim or a hole, where both see each other past the edge, it fades in as w fades out: linear, as w is in what is there of a wall.
 
 Rigid planes show a particle images of the surfaces as well as of its neighbours.
 
@@ -374,7 +375,6 @@ def beyond(u):
     return 0.425 * (1.0 - s * (1.137 - 0.137 * square * square))
 
 
-@runtime.in_any_order
 @ti.func
 def even(q):
     """|w| at the height q, over 2h, above an even wall without end, over that on it."""
@@ -382,6 +382,7 @@ def even(q):
     return 14.0 * t * t * t * t * t * (1.0 - 1.5 * t + 4.0 / 7.0 * t * t)
 
 
+@runtime.in_any_order
 @ti.kernel
 def _face(t: ti.template(), point: ti.template(), n: ti.i32, inverse_0: float):
     for i in range(n):

@@ -195,6 +195,11 @@ def _fluids(s: "Scene") -> None:
                 )
             apart = sum((b - a) * n for a, b, n in zip(wall.point, before.point, wall.normal)) / math.hypot(*wall.normal)
             least = 1.03 * s.fluids[0].support * (s.fluids[0].spacing or s.numerics.spacing)
+            if cosine > 0 and abs(apart) < 2.0 * least:
+                raise ValueError(
+                    f"walls[{number}] and walls[{other}] face the same way {show(abs(apart), 'm')} apart, and a particle would see itself in both: leave "
+                    "one of them out"
+                )
             if cosine < 0 < apart < least:
                 raise ValueError(
                     f"walls[{number}] and walls[{other}] face each other {show(apart, 'm')} apart, and images of images, which begin below {show(least, 'm')}, "

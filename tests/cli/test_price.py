@@ -80,6 +80,9 @@ def test_every_knob_of_a_tank_of_water():
     assert found[price.THESIS]["fluids.water.contact"] == "pinballs"
     coarse = found["spacing x 2"]
     assert coarse["fluids.water.spacing"] / coarse["numerics.spacing"] == pytest.approx(1.19)  # together
+    alone = [name for name, settings in found.items() if price._only_spacing(settings)]
+    assert alone == [price.BASE, "quality standard", "quality paper", "spacing x 2", "spacing x 1.5", "spacing x 0.667"]
+    assert not price._only_spacing(found["water spacing x 0.8"]) and not price._only_spacing({"quality": "paper", "cells": "triangle"})
     for name, settings in found.items():
         if "quality" not in settings:
             scene.derive(**settings), name
@@ -91,7 +94,7 @@ def test_water_alone_has_no_knobs_of_a_shell():
     scene = load_scene(Path(__file__).parents[2] / "scenes" / "torricelli.py")
     found = price.knobs(scene, ["quality", "head"])
     assert {"quality paper", "precision f32", "water alpha 0.06", "water delta 0", "time_step_safety 0.5"} <= found.keys()
-    assert not [name for name in found if name.startswith(("support", "stabil", "cells", "contact", "shear", "spacing")) or "every" in name]
+    assert not [name for name in found if name.startswith(("support", "stabil", "cells", "contact", "shear")) or "every" in name]
 
 
 def test_knobs_turned_together():

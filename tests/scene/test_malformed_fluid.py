@@ -44,6 +44,7 @@ BAD = [
     ("walls.0.normal", [0.1, 0, 1], "neither parallel nor at right angles"),
     ("walls.0.hole", {"centre": [0, 0, 0], "radius": 0}, "walls[0].hole.radius = 0 m must be"),
     ("walls.2", {"point": [0, 0, 0.011], "normal": [0, 0, -2]}, "walls[2] and walls[0] face each other 11 mm apart"),
+    ("walls.2", {"point": [1, 0, 0], "normal": [0, 0, 3]}, "walls[2] and walls[0] face the same way 0 m apart"),
     ("static", {}, "a fluid moves in time"),
 ]
 
