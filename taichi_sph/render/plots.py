@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from ..output.answer import in_words
+from ..output.answer import in_words, quantity_text
 from ..output.folder import RunFolder
 from ..output.measures import leak as leaking
 from ..output.measures import perforation
@@ -249,10 +249,12 @@ def leak(run: RunFolder) -> Figure | None:
     scale, unit = time_scale(float(h.time[-1]))
     time, out = h.time * scale, leaking.litres(run, h)
     factor, litre = (1.0, "l") if out.max() >= 1 else (1e3, "ml")
-    rate = h["rate"] / leaking.density(run) / leaking.LITRE
+    # over a moving tenth of the run: from one sample to the next single particles leave
+    early, late = np.clip(h.time - 0.5 * leaking.LAST * h.time[-1], 0, None), np.clip(h.time + 0.5 * leaking.LAST * h.time[-1], None, h.time[-1])
+    rate = (np.interp(late, h.time, out) - np.interp(early, h.time, out)) / (late - early)
     curves = [
         (out * factor, f"leaked [{litre}]"),
-        (rate, "leak rate [l/s]"),
+        (rate, f"leak rate over {quantity_text(leaking.LAST * float(h.time[-1]), 's')} [l/s]"),
         (h["jet_speed"], "speed of the jet [m/s]"),
         (h["opening_area"] * 1e4, "opening [cm²]"),
     ]
@@ -266,9 +268,8 @@ def leak(run: RunFolder) -> Figure | None:
             panel.margins(x=0)
         _mark(axes[0, 0], perforation.first_rupture(run), scale, unit, (axes[0, 0],))
         mean = leaking.leak_rate(run, run.scene)
-        began = time[leaking.window(h, None, np.inf)][0]
-        axes[0, 1].plot([began, time[-1]], [mean, mean], color=SOFT_LINE, lw=1.0, ls=":")
-        axes[0, 1].annotate(f"mean {mean:.3g} l/s", (time[-1], mean), xytext=(0, 4), textcoords="offset points", ha="right", fontsize=9, color="#4a545c")
+        axes[0, 1].plot([(1.0 - leaking.LAST) * time[-1], time[-1]], [mean, mean], color=SOFT_LINE, lw=2.0, ls=":")
+        axes[0, 1].annotate(f"at the end {mean:.3g} l/s", (time[-1], mean), xytext=(0, 4), textcoords="offset points", ha="right", fontsize=9, color="#4a545c")
         for panel in axes[1]:
             panel.set_xlabel(f"time [{unit}]")
         figure.suptitle(f"{run.scene.title}: leak", x=0.01, ha="left", weight="bold", fontsize=11)
