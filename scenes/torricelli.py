@@ -3,8 +3,8 @@ sharp edge.
 
 Square tank of rigid planes, twice as wide as the hole, filled to `head` widths of the tank. The closed form: discharge coefficient 0.61 of a sharp edge in a
 wide tank (Kirchhoff's pi / (pi + 2) of a slot is 0.611; measured 0.60 to 0.62). Viscosity is the question: the artificial one that keeps the
-particles calm is that of a fluid, nu = alpha c h / 10, and Re = v d / nu with the speed v of the jet and the diameter d of the hole. At alpha = 0.02 and 12
-spacings Re is about 400, at alpha = 0.1 about 80.
+particles calm is that of a fluid, nu = alpha c h / 10, and Re = v d / nu with the speed v of the jet and the diameter d of the hole. At alpha = 0.02 and 14
+spacings Re is about 600, at alpha = 0.1 about 120.
 
     python scenes/torricelli.py --quality draft --set head=2 --out DIR
 """
@@ -19,6 +19,8 @@ WIDTH = 2 * HOLE
 
 
 def scene(quality: Quality = "draft", head: Dimensionless = 1.0, alpha: Dimensionless = 0.02) -> Scene:
+    if not 0.2 <= head <= 20:
+        raise ValueError(f"head = {head:g} widths of the tank: give a number from 0.2 to 20")
     d = HOLE / ACROSS[quality]
     half, depth = 0.5 * WIDTH, head * WIDTH
     fall = math.sqrt(2 * depth / G)

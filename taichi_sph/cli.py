@@ -288,7 +288,7 @@ def stability(
     only: Annotated[list[str] | None, typer.Option("--only", metavar="KNOB", help="This knob alone, e.g. 'e/D'; may be repeated.")] = None,
     record: Annotated[bool, typer.Option("--record", help="Keep in benchmarks/stability.json, draw renders/stability.png.")] = False,
 ) -> None:
-    """Map where runs hold: for each knob the range, by bisection, beside what is predicted. Some ten minutes."""
+    """Map where runs hold: for each knob the range, by bisection, beside what is predicted. Half an hour."""
     from . import stability as measuring
 
     measuring.main(only or (), record)

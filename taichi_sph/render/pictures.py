@@ -360,6 +360,9 @@ def render_compare(
         names = list(labels) if labels is not None else differences(runs)
         if all(struck.applies(run) and run.of_kind("shell") for run in runs):
             return _save(struck.compare_page(runs, names, title or common_title(runs), choose()), Path(out))
+        for run in runs:
+            if not run.of_kind("shell"):
+                raise SceneError(f"'{run.path}' holds no shell, and shells are what is compared; render shows it by itself")
         look = look_of(runs)
         views = [view_of(_bodies(run, -1), look.magnification) for run in runs]
         turn = next((v.turn for v in views if v.turn is not None), None)
