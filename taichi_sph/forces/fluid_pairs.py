@@ -102,6 +102,7 @@ def _meet(t: ti.template(), n: ti.i32, dt: float, stiffness: float, gamma: float
 
 @ti.kernel
 def _mark(t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32):
+    """amid (wetted.py): more than have a side now, so that it holds until the next list."""
     for i in range(n):
         amid = 0
         for m in range(i * width, i * width + t.near.number[i]):  # i itself is in its list
@@ -142,7 +143,7 @@ def _neighbours(
         j = near[m]
         b = t.p.pair[j]
         y, w = x - ti.Vector([b[0], b[1], b[2]]), v - ti.Vector([b[4], b[5], b[6]])
-        V = ti.abs(b[3])
+        D_j = ti.abs(b[3])
         whole = D * 0.0 + 1.0
         if ti.static(holed):
             for c in ti.static(range(MOST)):
@@ -156,7 +157,7 @@ def _neighbours(
             n, size = ti.Vector([other[0], other[1], other[2]]), ti.select(b[3] < 0.0, other[3], 0.0)
             behind = ti.select(here.dot(n) < -0.5, 1.0, 0.0) * ti.select(y.dot(here - n) > 0.0, 1.0, 0.0) * ti.select(b[3] < 0.0, 1.0, 0.0)
             whole *= 1.0 - 0.5 * ti.cast(behind, float) * (cover + t.wet.cover[j])
-        one = _pair(y, w, D, p, V, b[7], g, half_by_spacing, inverse_0, linear, quadratic, eps2)
+        one = _pair(y, w, D, p, D_j, b[7], g, half_by_spacing, inverse_0, linear, quadratic, eps2)
         f0, f1, f2 = f0 + whole * one[0], f1 + whole * one[1], f2 + whole * one[2]
         div, spread, power = div + whole * one[3], spread + whole * one[4], power + whole * one[5]
         if ti.static(sided):
