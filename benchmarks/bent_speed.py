@@ -19,7 +19,7 @@ import numpy as np
 from taichi_sph import runtime
 from taichi_sph.output.record import machine, versions
 from taichi_sph.scene import Cylinder, Material, Numerics, Scene, Shell
-from taichi_sph.solver.simulation import Simulation
+from taichi_sph.world.world import World
 
 PARTS, SECONDS = 12, 1.0
 
@@ -46,7 +46,7 @@ def shell(nodes: int, precision: str) -> Scene:
 
 
 def measure(nodes: int, precision: str, threads: int | None) -> dict:
-    sim = Simulation(shell(nodes, precision), threads=threads)
+    sim = World(shell(nodes, precision), threads=threads)
     n = sim.nodes.n
     shake = 0.1 * np.random.default_rng(0).standard_normal((n, 3))
     runtime.put(sim.nodes.v, shake.astype(runtime.get(sim.nodes.v, n).dtype))
@@ -72,7 +72,9 @@ def main() -> None:
     given = parser.parse_args()
     rows = [measure(given.nodes, precision, given.threads) for precision in ("f64", "f32")]
     for r in rows:
-        print(f"{r['precision']} {r['nodes']} nodes: {r['mean'] / 1e6:.2f} M node-steps/s, best {r['best'] / 1e6:.2f}; {r['bytes_per_node']:.0f} bytes per node")
+        print(
+            f"{r['precision']} {r['nodes']} nodes: {r['mean'] / 1e6:.2f} M node-steps/s, best {r['best'] / 1e6:.2f}; {r['bytes_per_node']:.0f} bytes per node"
+        )
     print(f"f32 over f64: {rows[1]['mean'] / rows[0]['mean']:.2f}, of the best {rows[1]['best'] / rows[0]['best']:.2f}")
     if given.out is not None:
         content = {"machine": machine(), "versions": versions(), "threads": given.threads, "sizes": rows}

@@ -65,7 +65,15 @@ def main() -> None:
             script = Path(folder) / "in.sph"
             script.write_text(
                 INPUT.format(
-                    D=D, n=n, mass=1000 * D**3, shake=0.1 * D, SOUND=SOUND, reach=REACH * D, skin=SKIN * D, dt=0.2 * D / SOUND, steps=options.steps
+                    D=D,
+                    n=n,
+                    mass=1000 * D**3,
+                    shake=0.1 * D,
+                    SOUND=SOUND,
+                    reach=REACH * D,
+                    skin=SKIN * D,
+                    dt=0.2 * D / SOUND,
+                    steps=options.steps,
                 )
             )
             out = subprocess.run([mpirun, "-np", "2", lmp, "-in", str(script)], capture_output=True, text=True, cwd=folder)
@@ -75,7 +83,9 @@ def main() -> None:
         seconds, steps, atoms = float(loops[-1][0]), int(loops[-1][1]), int(loops[-1][2])
         builds = re.findall(r"Neighbor list builds = (\d+)", out.stdout)
         near = re.findall(r"Ave neighs/atom = ([\d.]+)", out.stdout)
-        print(f"LAMMPS: {atoms} particles, {near[-1] if near else '?'} listed pairs each, {atoms * steps / seconds / 1e6:.2f} M particle-steps/s, {steps / max(int(builds[-1]), 1):.1f} steps per list")
+        print(
+            f"LAMMPS: {atoms} particles, {near[-1] if near else '?'} listed pairs each, {atoms * steps / seconds / 1e6:.2f} M particle-steps/s, {steps / max(int(builds[-1]), 1):.1f} steps per list"
+        )
     subprocess.run([sys.executable, "-m", "taichi_sph", "bench", "--fluid", "--nodes", str(n**3)], check=True)
 
 

@@ -20,7 +20,7 @@ from taichi_sph import runtime
 from taichi_sph.errors import RunStopped
 from taichi_sph.output.record import machine, versions
 from taichi_sph.scene import Cylinder, Material, Numerics, Scene, Shell
-from taichi_sph.solver.simulation import Simulation
+from taichi_sph.world.world import World
 
 SPIN = (120.0, 180.0, 600.0)  # rad/s
 FLIGHT = (0.03, -0.01, 0.02)  # m/s; far away f32 would lose the digits that strains need
@@ -50,7 +50,7 @@ def shell(precision: str) -> Scene:
 
 def run(precision: str, steps: int, looks: int = 50) -> dict:
     """Energy, momenta and where the mass centre is, against what they should be, every so many steps."""
-    sim = Simulation(shell(precision), threads=1)
+    sim = World(shell(precision), threads=1)
     nodes, n = sim.nodes, sim.nodes.n
 
     def values(name: str) -> np.ndarray:

@@ -19,7 +19,7 @@ SCENES = Path(__file__).parents[1] / "scenes"
 ONE = """
 import json, sys
 from pathlib import Path
-from taichi_sph.doctor import requirements
+from taichi_sph.run.doctor import requirements
 from taichi_sph.scene import Study
 from taichi_sph.scene.script import load
 scene = load(Path(sys.argv[1]))
@@ -27,7 +27,12 @@ if isinstance(scene, Study):
     scene = next(iter(scene.cases.values()))
 print(json.dumps(requirements(scene)))
 """
-FEATURES = {"bending": r"nodes\.omega", "plasticity": r"cells\.plastic", "contact": r"pairs\.", "fluid": r".*\.rate_before"}  # names of fields
+FEATURES = {
+    "bending": r"nodes\.omega",
+    "plasticity": r"cells\.plastic",
+    "contact": r"pairs\.",
+    "fluid": r".*\.rate_before",
+}  # names of fields
 
 
 def required(path: Path) -> dict:
@@ -36,7 +41,10 @@ def required(path: Path) -> dict:
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(2):
             run = subprocess.run(
-                [sys.executable, "-c", ONE, str(path)], capture_output=True, text=True, env={**os.environ, "TI_OFFLINE_CACHE_FILE_PATH": folder}
+                [sys.executable, "-c", ONE, str(path)],
+                capture_output=True,
+                text=True,
+                env={**os.environ, "TI_OFFLINE_CACHE_FILE_PATH": folder},
             )
             if run.returncode:
                 sys.exit(f"{path.stem}: {run.stderr.strip().splitlines()[-1]}")

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 from taichi_sph.scene import Box, Cylinder, Fluid, Material, Numerics, PrescribedVelocity, Scene, Shell, ShellFill
-from taichi_sph.solver.simulation import Simulation
+from taichi_sph.world.world import World
 
 
 def tank() -> Scene:
@@ -21,9 +21,7 @@ def tank() -> Scene:
         name="tank_at_rest",
         title="A full tank at rest",
         source="benchmarks",
-        shells=[
-            Shell(name="can", surface=Cylinder(radius=0.03, length=0.08, ends="discs"), thickness=1e-3, material=steel, motion="free")
-        ],
+        shells=[Shell(name="can", surface=Cylinder(radius=0.03, length=0.08, ends="discs"), thickness=1e-3, material=steel, motion="free")],
         fluids=[Fluid(name="water", fill=ShellFill(shell="can"))],
         motions=[PrescribedVelocity(shell="can", where=Box(hi=(None, None, 1e-3)), velocity=(0, 0, 0), spin=(0, 0, 0))],
         gravity=(0, 0, -9.81),
@@ -33,7 +31,7 @@ def tank() -> Scene:
 
 
 def main(steps: int) -> dict:
-    sim = Simulation(tank(), threads=1)  # so small that a second thread only waits
+    sim = World(tank(), threads=1)  # so small that a second thread only waits
     began = time.perf_counter()
     while sim.step < steps:
         sim.advance(min(500, steps - sim.step))

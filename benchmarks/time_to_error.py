@@ -2,7 +2,7 @@
 
 The clamped plate of scenes/clamped_plate.py at e/L = 1e-3 and the roof of scenes/scordelis_lo.py, regular quadrangles.
 Finite elements of the plate: scikit-fem's Morley triangles (thin plate; e/L = 1e-3 is thin to 2e-5); of the roof, for
-which the library has no shell: MITC4 of taichi_sph/elements.py, assembled in plain Python, solved by SciPy's sparse LU,
+which the library has no shell: MITC4 of taichi_sph/verification/elements.py, assembled in plain Python, solved by SciPy's sparse LU,
 seconds of the solution alone beside those of all. Ours are those of the relaxation; building the model and loading or
 compiling its kernels stand beside them.
 
@@ -20,13 +20,13 @@ from pathlib import Path
 import numpy as np
 
 from taichi_sph import runtime
-from taichi_sph.elements import shell_stiffness
 from taichi_sph.errors import TaichiSphError
 from taichi_sph.output.record import machine, versions
 from taichi_sph.scene import Scene
 from taichi_sph.scene.script import load_scene
-from taichi_sph.solver.modes import free_directions
-from taichi_sph.solver.simulation import Simulation
+from taichi_sph.verification.elements import shell_stiffness
+from taichi_sph.world.instead.modes import free_directions
+from taichi_sph.world.world import World
 
 SCENES = Path(__file__).resolve().parents[1] / "scenes"
 SIZES = {"plate": (8, 12, 20, 40), "roof": (8, 12, 20, 40)}  # nodes along the longer side
@@ -47,7 +47,7 @@ def ours(case: str, formulation: str, nodes: int) -> dict:
     """Error and seconds of one run; no error where no equilibrium is found."""
     given = scene(case, formulation, nodes)
     began = time.perf_counter()
-    sim = Simulation(given)
+    sim = World(given)
     built = time.perf_counter()
     try:
         sim.advance(1)
@@ -73,7 +73,7 @@ def elements(case: str, nodes: int) -> dict:
     from scipy.sparse.linalg import spsolve
 
     given = scene(case, "galerkin", nodes)
-    sim = Simulation(given)  # for its mesh, its supports and its loads
+    sim = World(given)  # for its mesh, its supports and its loads
     shell = given.shells[0]
     free = free_directions(sim)
     n, c, f = free.shape

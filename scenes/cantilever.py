@@ -68,9 +68,7 @@ def scene(
     )
 
 
-def one(
-    quality: Quality, load: str, slenderness: float, turns: float, increments: int, nodes: str, cells: str
-) -> Scene:
+def one(quality: Quality, load: str, slenderness: float, turns: float, increments: int, nodes: str, cells: str) -> Scene:
     """One load on one strip."""
     d = LENGTH / CELLS[quality]
     e, width = slenderness * LENGTH, ROWS * d
@@ -92,11 +90,7 @@ def one(
         )
     else:
         angle = 2 * math.pi * turns
-        loads = {
-            "moments": [
-                NodalMoment(shell="strip", where=tip, total=(0, -stiffness * angle / LENGTH, 0), history=Ramp(rise=1.0))
-            ]
-        }
+        loads = {"moments": [NodalMoment(shell="strip", where=tip, total=(0, -stiffness * angle / LENGTH, 0), history=Ramp(rise=1.0))]}
         # what turns the end turns it about y only; moments alone, each on its node, would twist the corners
         grip = [PrescribedVelocity(shell="strip", where=tip, velocity=(None, None, None), spin=(0, None, 0))]
         static = Static(increments=increments, residual=1e-5)
@@ -131,9 +125,7 @@ def one(
         **loads,
         duration=1.0,
         static=static,
-        numerics=Numerics(
-            spacing=d, cells=cells, irregularity=0.25 if nodes == "irregular" else 0.0, formulation=Galerkin()
-        ),
+        numerics=Numerics(spacing=d, cells=cells, irregularity=0.25 if nodes == "irregular" else 0.0, formulation=Galerkin()),
         output=Output(frames=static.increments, samples=static.increments, checkpoints=0),
         quantities=[wanted, Quantity(name="relaxation_residual", source="of the load")],
     )

@@ -36,7 +36,7 @@ NODES = {"draft": 12, "standard": 20, "paper": 40}  # a side
 SERIES = {"draft": (6, 8, 12), "standard": (8, 12, 20), "paper": (10, 20, 40)}  # for the order of convergence
 TOLERANCE = {"draft": 0.06, "standard": 0.03, "paper": 0.02}
 SIDE, YOUNG, NU = 1.0, 210e9, 0.3
-# w D / (q L^4) at the middle, nu 0.3, shear factor 5/6: Ritz, 20 x 20 Legendre polynomials (tests/solver/ritz.py)
+# w D / (q L^4) at the middle, nu 0.3, shear factor 5/6: Ritz, 20 x 20 Legendre polynomials (tests/world/ritz.py)
 MINDLIN = {1e-1: 1.504626e-3, 1e-2: 1.267857e-3, 1e-3: 1.265345e-3, 1e-4: 1.265319e-3}
 SMALL = 1e-3  # deflection over thickness: the plate stays linear
 

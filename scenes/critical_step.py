@@ -9,20 +9,7 @@ rotary inertia and is for another operator.
 
 from typing import Literal
 
-from taichi_sph.scene import (
-    Dimensionless,
-    Galerkin,
-    Material,
-    Numerics,
-    Output,
-    Plate,
-    Quality,
-    Quantity,
-    Scene,
-    Shell,
-    StepLimit,
-    Study,
-)
+from taichi_sph.scene import Dimensionless, Galerkin, Material, Numerics, Output, Plate, Quality, Quantity, Scene, Shell, StepLimit, Study
 
 CELLS = {"draft": 10, "standard": 16, "paper": 24}  # a side
 THICKNESSES = {"draft": (1e-3, 0.3, 10.0), "standard": (1e-3, 0.1, 1.0, 10.0), "paper": (1e-3, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0)}
@@ -45,9 +32,7 @@ def scene(
         title="Critical time step",
         source="T 2.2.5",
         quality=quality,
-        cases={
-            f"{e:g}_nu{nu:g}": one(quality, e, nu, cells, raised_inertia) for e in THICKNESSES[quality] for nu in RATIOS[quality]
-        },
+        cases={f"{e:g}_nu{nu:g}": one(quality, e, nu, cells, raised_inertia) for e in THICKNESSES[quality] for nu in RATIOS[quality]},
     )
 
 
@@ -69,9 +54,7 @@ def one(quality: Quality, thickness: float, poisson: float, cells: str, raised_i
         ],
         duration=1.0,
         limit=StepLimit(),
-        numerics=Numerics(
-            spacing=d, cells=cells, irregularity=0.25, formulation=Galerkin(), raised_inertia=raised_inertia
-        ),
+        numerics=Numerics(spacing=d, cells=cells, irregularity=0.25, formulation=Galerkin(), raised_inertia=raised_inertia),
         output=Output(frames=1, samples=1, checkpoints=0),
         quantities=[
             Quantity(

@@ -1,6 +1,6 @@
 """A plate perforated at 40, 50, 75, 150 and 300 m/s (T 2.4.5, tables 2.9 and 2.10): petals when slow, a plug when fast.
 
-    python scenes/perforation_speeds.py --quality paper --out DIR
+python scenes/perforation_speeds.py --quality paper --out DIR
 """
 
 from pathlib import Path

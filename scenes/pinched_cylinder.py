@@ -3,7 +3,7 @@
 An eighth is computed, up to 40 nodes along the arc. 1.8248e-5 is Flügge's series for a thin shell under a true point
 force. A shell with transverse shear has no finite deflection there, it grows like F / (2 pi G_s) ln(R / D), and
 sooner with bounded shear: on a single node it comes out too large. So the force is also spread over a disc of
-R / 10, for which the series of the shell with shear converges (tests/solver/ritz.py); that is what must be met.
+R / 10, for which the series of the shell with shear converges (tests/world/ritz.py); that is what must be met.
 
     python scenes/pinched_cylinder.py --quality paper --out DIR
 """

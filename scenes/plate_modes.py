@@ -9,26 +9,14 @@ Lanczos' iteration.
 import math
 from typing import Literal
 
-from taichi_sph.scene import (
-    Galerkin,
-    Material,
-    Modes,
-    Numerics,
-    Output,
-    Plate,
-    Quality,
-    Quantity,
-    Scene,
-    Shell,
-    Study,
-)
+from taichi_sph.scene import Galerkin, Material, Modes, Numerics, Output, Plate, Quality, Quantity, Scene, Shell, Study
 from taichi_sph.scene.supports import Edge, held
 
 CELLS = {"draft": 10, "standard": 20, "paper": 39}  # a side
 TOLERANCE = {"draft": 0.08, "standard": 0.03, "paper": 0.02}
 SIDE, THICKNESS, YOUNG, NU, DENSITY = 1.0, 0.01, 210e9, 0.3, 7800.0
 # omega L^2 sqrt(rho e / D): Ritz with Legendre polynomials; Navier's solution, directors held along the edges
-# (tests/solver/ritz.py finds both)
+# (tests/world/ritz.py finds both)
 MINDLIN = {
     "free": (13.4170, 19.5882, 24.2572, 34.6665, 34.6665, 61.0139),
     "supported": (19.7320, 49.3032, 49.3032, 78.8421, 98.5169, 98.5169),
@@ -46,9 +34,7 @@ def scene(
     cases = {f"{hold}_{kind}": one(quality, hold, kind, cells) for hold in holds for kind in kinds}
     if len(cases) == 1:
         return next(iter(cases.values()))
-    return Study(
-        name="plate_modes", title="Natural modes of a square plate", source="Leissa 1973; Mindlin", quality=quality, cases=cases
-    )
+    return Study(name="plate_modes", title="Natural modes of a square plate", source="Leissa 1973; Mindlin", quality=quality, cases=cases)
 
 
 def one(quality: Quality, edges: str, nodes: str, cells: str) -> Scene:
@@ -77,9 +63,7 @@ def one(quality: Quality, edges: str, nodes: str, cells: str) -> Scene:
         motions=held("plate", d, sides, ends) if edges == "supported" else [],
         duration=float(count),
         modes=Modes(count=count),
-        numerics=Numerics(
-            spacing=d, cells=cells, irregularity=0.25 if nodes == "irregular" else 0.0, formulation=Galerkin()
-        ),
+        numerics=Numerics(spacing=d, cells=cells, irregularity=0.25 if nodes == "irregular" else 0.0, formulation=Galerkin()),
         output=Output(frames=count, samples=count, checkpoints=0),
         quantities=[
             Quantity(

@@ -8,20 +8,7 @@ Expected: 0.3024 downwards at the middle of the free edge. A quarter is computed
 import math
 from typing import Literal
 
-from taichi_sph.scene import (
-    Collocation,
-    Galerkin,
-    Material,
-    Numerics,
-    Output,
-    Quality,
-    Quantity,
-    Roof,
-    Scene,
-    Shell,
-    Static,
-    Study,
-)
+from taichi_sph.scene import Collocation, Galerkin, Material, Numerics, Output, Quality, Quantity, Roof, Scene, Shell, Static, Study
 from taichi_sph.scene.supports import Edge, held, symmetry
 
 NODES = {"draft": 14, "standard": 20, "paper": 40}  # along the longer side of the quarter, the straight one

@@ -54,7 +54,10 @@ def scene(quality: Quality = "draft", level: Dimensionless = 1.0, velocity: Spee
     )
     wet = level > 0
     wave = Quantity(
-        name="peak_pressure", unit="Pa", options={"x": 0.0, "z": 0.5 * HEIGHT}, **({"value": 2e7, "source": "near 200 bar, T 3.4"} if level == 1 else {})
+        name="peak_pressure",
+        unit="Pa",
+        options={"x": 0.0, "z": 0.5 * HEIGHT},
+        **({"value": 2e7, "source": "near 200 bar, T 3.4"} if level == 1 else {}),
     )
     steel = material("steel, tank")
     steel = material(steel.name, damage=steel.damage.model_copy(update={"necks": necks or None}))

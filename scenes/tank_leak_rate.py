@@ -22,7 +22,9 @@ def scene(quality: Quality = "draft", velocity: Speed = 730.0) -> Scene:
         quantities=[
             Quantity(name="leak_rate", unit="l/s"),
             Quantity(name="leaked_litres", unit="l"),
-            Quantity(name="crack_length", unit="m", options={"how": "longest"}, value=0.6, source="over the height of the front face, Timm 2003"),
+            Quantity(
+                name="crack_length", unit="m", options={"how": "longest"}, value=0.6, source="over the height of the front face, Timm 2003"
+            ),
         ],
     )
 

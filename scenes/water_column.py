@@ -61,7 +61,14 @@ def scene(quality: Quality = "draft", case: Literal["hammer", "piston", "indente
         duration = 3.2 * period
         of_block = {"history": "rigid_block", "column": "z"}
         quantities = [
-            Quantity(name="history_period", unit="s", value=period, tolerance=0.03 * period, source="k L tan(k L) = rho A L / m", options=of_block),
+            Quantity(
+                name="history_period",
+                unit="s",
+                value=period,
+                tolerance=0.03 * period,
+                source="k L tan(k L) = rho A L / m",
+                options=of_block,
+            ),
         ]
     else:
         duration = 1.6 * transit

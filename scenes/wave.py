@@ -89,9 +89,7 @@ def one(quality: Quality, nodes: str, formulation: str) -> Scene:
             irregularity=0.25 if nodes == "irregular" else 0.0,
             formulation=Galerkin() if formulation == "galerkin" else strong,
         ),
-        output=Output(
-            frames=45, samples=450, probes=[Probe(name="centre", shell="strip", point=(LENGTH / 2, WIDTH / 2, 0))]
-        ),
+        output=Output(frames=45, samples=450, probes=[Probe(name="centre", shell="strip", point=(LENGTH / 2, WIDTH / 2, 0))]),
         quantities=quantities,
     )
 

@@ -81,7 +81,7 @@ def resume(
     pictures: PicturesOption = True,
 ) -> None:
     """Go on with an interrupted run from its newest checkpoint, exactly; of a study, run what is not finished."""
-    from . import run as running
+    from .run import session as running
 
     if (folder / "study.json").is_file():
         from .output.study import read_study
@@ -100,15 +100,15 @@ def validate(
     arch: ArchOption = "cpu",
 ) -> None:
     """Check a whole scene and print what a run would take; nothing is computed or written."""
-    from . import run as running
     from .output.record import scene_hash
-    from .price import recorded
-    from .progress import Progress
+    from .run import session as running
+    from .run.progress import Progress
+    from .studies.price import recorded
 
     found = load(_find(scene), settings(quality, set_))
     folder = out or running.default_out(found)
     if isinstance(found, Study):
-        from . import study
+        from .studies import study
 
         plans = study.plan_study(found, arch)
         running.check_out(folder, sum(p.disk for p in plans.values()), "study.json")
@@ -132,8 +132,8 @@ def render(
     movie: Annotated[bool, typer.Option("--movie", help="Draw all frames as one animated GIF instead.")] = False,
 ) -> None:
     """Draw the pictures of a finished or interrupted run again, from its files; of a study, the comparison."""
-    from . import run as running
-    from . import study
+    from .run import session as running
+    from .studies import study
 
     for path in study.draw_study(folder) if (folder / "study.json").is_file() else running.draw(folder, movie=movie):
         typer.echo(path)
@@ -146,8 +146,8 @@ def compare(
     title: Annotated[str, typer.Option("--title", help="Default: what the titles of the runs share.")] = "",
 ) -> None:
     """Draw the ends of several runs on one page, with the same colours and magnification."""
-    from . import run as running
-    from .progress import Progress
+    from .run import session as running
+    from .run.progress import Progress
 
     if not running.can_draw(Progress()):
         return
@@ -202,7 +202,9 @@ def _scene_of(summary: dict[str, Any]) -> Any:
 @app.command()
 def sweep(
     scene: SceneArgument,
-    vary: Annotated[list[str], typer.Option("--vary", metavar="KEY=A,B,...", help="An option or key of the scene and its values; may be repeated.")],
+    vary: Annotated[
+        list[str], typer.Option("--vary", metavar="KEY=A,B,...", help="An option or key of the scene and its values; may be repeated.")
+    ],
     quality: QualityOption = None,
     set_: SetOption = None,
     alone: Annotated[bool, typer.Option("--one-at-a-time", help="One setting at a time instead of every combination.")] = False,
@@ -214,11 +216,19 @@ def sweep(
     threads: ThreadsOption = None,
 ) -> None:
     """Run a scene at many settings, each point in a process of its own, into one table; go on where an earlier one ended."""
-    from . import sweep as sweeping
+    from .studies import sweep as sweeping
 
     words = command_line(scene, quality, set_, "sweep") + "".join(f" --vary {shlex.quote(pair)}" for pair in vary)
     words += (" --one-at-a-time" if alone else "") + (f" --out {shlex.quote(str(out))}" if out else "")
-    how = {"alone": alone, "scheduler": scheduler, "workers": workers, "arch": arch, "threads": threads, "patience": patience, "command": words}
+    how = {
+        "alone": alone,
+        "scheduler": scheduler,
+        "workers": workers,
+        "arch": arch,
+        "threads": threads,
+        "patience": patience,
+        "command": words,
+    }
     sweeping.main(_find(scene), settings(quality, set_), vary, out, **how)
 
 
@@ -227,8 +237,12 @@ def price(
     scene: SceneArgument,
     quality: QualityOption = None,
     set_: SetOption = None,
-    quantity: Annotated[list[str] | None, typer.Option("--quantity", help="What the error is of; may be repeated. Default: those with a target.")] = None,
-    also: Annotated[list[str] | None, typer.Option("--also", metavar="KEY=VALUE,...", help="A point with several settings at once; may be repeated.")] = None,
+    quantity: Annotated[
+        list[str] | None, typer.Option("--quantity", help="What the error is of; may be repeated. Default: those with a target.")
+    ] = None,
+    also: Annotated[
+        list[str] | None, typer.Option("--also", metavar="KEY=VALUE,...", help="A point with several settings at once; may be repeated.")
+    ] = None,
     seeds: Annotated[int, typer.Option("--seeds", min=0, help="Runs with moved nodes, of scenes that break.")] = 3,
     most: Annotated[float, typer.Option("--most", min=1, help="Leave out what costs more than that many times the scene as it is.")] = 30.0,
     out: Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Default: runs/<scene>-price.")] = None,
@@ -240,7 +254,7 @@ def price(
     threads: ThreadsOption = None,
 ) -> None:
     """Turn the knobs of a scene one at a time: error against cost, as a chart, a table and in words."""
-    from . import price as pricing
+    from .studies import price as pricing
 
     words = command_line(scene, quality, set_, "price") + "".join(f" --quantity {shlex.quote(name)}" for name in quantity or ())
     words += "".join(f" --also {shlex.quote(text)}" for text in also or ())
@@ -262,11 +276,13 @@ def bench(
     out: Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE", help="Keep the numbers as JSON.")] = None,
 ) -> None:
     """Measure node-steps per second, bytes per node-step, memory bandwidth and time to the first step."""
-    from . import bench as measuring
+    from .verification import bench as measuring
 
     if fluid and metal:
         raise SceneError("--fluid and --metal are both given: bench measures one of them")
-    (measuring.main_fluid if fluid else measuring.main_metal if metal else measuring.main)(tuple(nodes or ()), arch, threads, precision, out)
+    (measuring.main_fluid if fluid else measuring.main_metal if metal else measuring.main)(
+        tuple(nodes or ()), arch, threads, precision, out
+    )
 
 
 @app.command()
@@ -278,7 +294,7 @@ def spectrum(
     picture: Annotated[Path | None, typer.Option("--picture", metavar="FILE", help="Draw the lowest modes, e.g. modes.png.")] = None,
 ) -> None:
     """Compare the lowest frequencies of a free plate in its plane and of a free curved patch with the finite-element method's."""
-    from . import spectrum as measuring
+    from .verification import spectrum as measuring
 
     measuring.main(_scene(scene, None, set_), cells, count, picture)
 
@@ -289,7 +305,7 @@ def stability(
     record: Annotated[bool, typer.Option("--record", help="Keep in benchmarks/stability.json, draw renders/stability.png.")] = False,
 ) -> None:
     """Map where runs hold: for each knob the range, by bisection, beside what is predicted. Half an hour."""
-    from . import stability as measuring
+    from .verification import stability as measuring
 
     measuring.main(only or (), record)
 
@@ -297,12 +313,14 @@ def stability(
 @app.command()
 def doctor(
     arch: ArchOption = "cpu",
-    scene: Annotated[str | None, typer.Option("--scene", metavar="SCENE", help="What this scene takes instead: fields, bytes, kernels.")] = None,
+    scene: Annotated[
+        str | None, typer.Option("--scene", metavar="SCENE", help="What this scene takes instead: fields, bytes, kernels.")
+    ] = None,
     quality: QualityOption = None,
     set_: SetOption = None,
 ) -> None:
     """Check this machine: Python, Taichi, threads, pictures, cache, disk; say how to mend what fails."""
-    from .doctor import account, examine
+    from .run.doctor import account, examine
 
     if scene is not None:
         account(_scene(scene, quality, set_), arch)
@@ -403,11 +421,11 @@ def _find(name: str) -> Path:
 def _start(found: Scene | Study, out: Path | None, overwrite: bool, **how: Any) -> None:
     """Run what a script returned; a run that is there already is replaced only if `overwrite` says so."""
     if isinstance(found, Study):
-        from .study import run_study
+        from .studies.study import run_study
 
         run_study(found, out, overwrite=overwrite, **how)
     else:
-        from . import run as running
+        from .run import session as running
 
         folder = out or running.default_out(found)
         if not overwrite:

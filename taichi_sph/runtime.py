@@ -89,7 +89,7 @@ def in_any_order(kernel):
 
 
 def kernels() -> list[str]:
-    """Names of the kernels that were compiled, or loaded from the cache, since the start: "forces.galerkin.Galerkin.gather"."""
+    """Names of the kernels that were compiled, or loaded from the cache, since the start: "bodies.shell_sph.galerkin.Galerkin.gather"."""
     made = [k.func for k in ti.lang.impl.get_runtime().kernels if k.compiled_kernels]
     return sorted({f"{f.__module__.removeprefix('taichi_sph.')}.{f.__qualname__}" for f in made if f.__module__.startswith("taichi_sph.")})
 
@@ -104,9 +104,14 @@ def capacity(n: int) -> int:
 _TYPES = {"i32": ti.i32, "i8": ti.i8, "f64": ti.f64, "f32": ti.f32}
 
 
-def new(name: str, n: int, vector: int = 0, dtype: str = "real"):
-    """Dense field of `capacity(n)` scalars, or vectors of `vector` components side by side (AoS)."""
+def new(name: str, n: int, vector: int = 0, dtype: str = "real", again: bool = True):
+    """Dense field of `capacity(n)` scalars, or vectors of `vector` components side by side (AoS).
+
+    again: the name may be in use, and its field is lost. A Pool says when; who allocates without one says nothing yet.
+    """
     run = current()
+    if name in run.fields and not again:
+        raise ValueError(f"two fields are called '{name}'")
     kind = run.real if dtype == "real" else _TYPES[dtype]
     size = {ti.f64: 8, ti.f32: 4, ti.i32: 4, ti.i8: 1}[kind] * max(vector, 1) * capacity(n)
     run.fields[name] = size

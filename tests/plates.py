@@ -1,4 +1,4 @@
-"""Small plates for the tests of the core, and hands to drive a Simulation directly."""
+"""Small plates for the tests of the core, and hands to drive a World directly."""
 
 from __future__ import annotations
 
@@ -77,10 +77,10 @@ def plate_scene(
 
 
 def start(scene: Scene, **options):
-    """A Simulation; Taichi is imported here and not before."""
-    from taichi_sph.solver.simulation import Simulation
+    """A World; Taichi is imported here and not before."""
+    from taichi_sph.world.world import World
 
-    return Simulation(scene, **options)
+    return World(scene, **options)
 
 
 def put(sim, name: str, values: np.ndarray) -> None:

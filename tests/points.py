@@ -3,8 +3,8 @@
 import numpy as np
 
 from taichi_sph import runtime
-from taichi_sph.forces import metal
-from taichi_sph.model.pools import Cells, MaterialPool
+from taichi_sph.bodies.shell_sph import metal
+from taichi_sph.bodies.shell_sph.pool import Cells, MaterialPool
 from taichi_sph.runtime import ti
 from taichi_sph.scene import Material
 
@@ -19,7 +19,7 @@ def steel(strength, **more) -> Material:
 
 @ti.data_oriented
 class Points:
-    """What forces/metal.py needs of the cells; n independent points of unit area."""
+    """What bodies/shell_sph/metal.py needs of the cells; n independent points of unit area."""
 
     def __init__(self, n: int, material: Material, bends: bool = True):
         self.n = n

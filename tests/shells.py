@@ -59,10 +59,10 @@ def shell_scene(
 
 
 def start(scene: Scene, **options):
-    """A Simulation; Taichi is imported here and not before."""
-    from taichi_sph.solver.simulation import Simulation
+    """A World; Taichi is imported here and not before."""
+    from taichi_sph.world.world import World
 
-    return Simulation(scene, **options)
+    return World(scene, **options)
 
 
 def of_nodes(sim, name: str) -> np.ndarray:
@@ -100,5 +100,3 @@ def spin(sim, omega: np.ndarray, velocity=(0.0, 0.0, 0.0)) -> None:
     real = runtime.get(sim.nodes.v, sim.nodes.n).dtype
     runtime.put(sim.nodes.v, (np.cross(omega, X - centre) + np.asarray(velocity)).astype(real))
     runtime.put(sim.nodes.omega, (omega - (N @ omega)[:, None] * N).astype(real))
-
-

@@ -27,8 +27,8 @@ one mode, and halving where it leaves the bracket. It cannot fail.
 -alpha/2 and alpha/2 is allowed, and that one is taken which returns to (m, b) = 0.
 """
 
-from . import hardening
 from ..runtime import ti
+from . import hardening
 
 NEAR = 1e-6  # of sigma_y: Newton's last step takes it to the square of this
 EDGE = 1e-5  # of sigma_y^2: what may be left of (m, b) on the edge
@@ -73,9 +73,7 @@ def strength_after(material: ti.template(), lam, more, stress):
     if ti.static(material.tabulated):
         result, slope = hardening.table(lam + more, material.points, material.n_points[0])
     elif ti.static(material.exact):
-        result, slope = hardening.power_after(
-            lam, more, stress, material.yield_stress[0], material.hardening[0], material.exponent[0]
-        )
+        result, slope = hardening.power_after(lam, more, stress, material.yield_stress[0], material.hardening[0], material.exponent[0])
     else:  # sums of small increments lose too much in f32
         result, slope = hardening.power(lam + more, material.yield_stress[0], material.hardening[0], material.exponent[0])
     return result, slope
@@ -192,9 +190,7 @@ def return_section(material: ti.template(), s: ti.template(), trial2, bulk, shea
     b1, b2 = modes(b, b)
     half, part = 0.5 * material.alpha[0], 3.0 * material.alpha[0] * material.alpha[0]
     low, high = -half, half
-    slip = (ti.sqrt(trial2) / (rate_factor * flow) - 1.0) * trial2 / (
-        bulk * (m1 + part * part * b1) + shear * (m2 + part * part * b2)
-    )
+    slip = (ti.sqrt(trial2) / (rate_factor * flow) - 1.0) * trial2 / (bulk * (m1 + part * part * b1) + shear * (m2 + part * part * b2))
     left = x1 + x2 - slip * (1.0 + part) * (bulk * x1 + shear * x2)
     falls = ti.max(slip * (bulk * (m1 + b1) + shear * (m2 + b2)), 1e-30)
     c = ti.min(ti.max(left / falls, -half), half)

@@ -22,7 +22,6 @@ class Reducer:
         _block_sums(self.partial, values, n, used)
         return float(np.sum(runtime.get(self.partial, used)))
 
-
     def largest(self, vectors, n: int) -> float:
         """Largest norm of the first n entries of a vector field; infinite where one is no number."""
         used = max(1, -(-n // BLOCK))

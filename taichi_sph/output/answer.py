@@ -204,7 +204,11 @@ def _strikers(run: RunFolder) -> list[str]:
             continue
         v = perforation.speeds(history)
         turned = sum(history[c][0] * history[c][-1] for c in ("vx", "vy", "vz")) < 0
-        the = "The striker" if sum(1 for n in names if perforation.start_speed(run.history(perforation.PREFIX + n)) > 0) == 1 else f"The {name}"
+        the = (
+            "The striker"
+            if sum(1 for n in names if perforation.start_speed(run.history(perforation.PREFIX + n)) > 0) == 1
+            else f"The {name}"
+        )
         found.append(
             f"{the} {'bounces back' if turned else 'ends'} at {quantity_text(float(v[-1]), 'm/s')} after "
             f"{quantity_text(float(v[0]), 'm/s')} ({100 * lost:.3g} % of its energy {'lost' if lost >= 0 else 'more'}); "

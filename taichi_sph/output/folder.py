@@ -1,7 +1,7 @@
 """The run folder: where everything of a run lies, and a reader of it.
 
-    DIR/scene.json record.json summary.json log.txt
-        frames/<body>.vtkhdf  histories/<name>.csv  checkpoints/step_*.checkpoint  pictures/
+DIR/scene.json record.json summary.json log.txt
+    frames/<body>.vtkhdf  histories/<name>.csv  checkpoints/step_*.checkpoint  pictures/
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import SceneError, nearest
+from ..frame import Kind
 from ..scene import Scene, load_scene
-from .frame import Kind
 from .frames import SUFFIX, FramesFile
 from .histories import History, read_history
 

@@ -23,7 +23,7 @@ import h5py
 import numpy as np
 
 from ..errors import SceneError
-from .frame import NO_CELLS, BodyFrame, Frame, Kind
+from ..frame import NO_CELLS, BodyFrame, Frame, Kind
 
 SUFFIX = ".vtkhdf"
 VERSION = (2, 2)
@@ -52,9 +52,7 @@ def _create(group: h5py.Group, name: str, array: np.ndarray) -> None:
     packing = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
     if array.dtype.kind == "f" and name not in PACKED:
         packing = {}  # noise: packing costs more than it saves
-    group.create_dataset(
-        name, data=array, chunks=array.shape, maxshape=(None, *array.shape[1:]), **packing
-    )
+    group.create_dataset(name, data=array, chunks=array.shape, maxshape=(None, *array.shape[1:]), **packing)
 
 
 def _extend(dataset: h5py.Dataset, rows: np.ndarray) -> int:

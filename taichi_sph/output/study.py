@@ -1,7 +1,7 @@
 """The folder of a study: study.json, a run folder per case, summary.json, pictures/. Its summary and its answer.
 
-    DIR/study.json summary.json pictures/comparison.png
-        <case>/...  an ordinary run folder
+DIR/study.json summary.json pictures/comparison.png
+    <case>/...  an ordinary run folder
 """
 
 from __future__ import annotations
@@ -70,9 +70,7 @@ def _order(study: Study, order: Convergence, quantities: Mapping[str, dict[str, 
     return {"value": value, "unit": "", "target": order.least, "tolerance": None, "source": order.source, "met": met}
 
 
-def write_study_summary(
-    out: Path, study: Study, failed: Mapping[str, str], *, command: str, arch: str, threads: int
-) -> dict[str, Any]:
+def write_study_summary(out: Path, study: Study, failed: Mapping[str, str], *, command: str, arch: str, threads: int) -> dict[str, Any]:
     """summary.json of a study from those of its cases; `failed`: case -> what it stopped with.
 
     A quantity is called <quantity>_<case>; of a failed case its value is None. Nodes, steps and seconds are summed,

@@ -93,7 +93,7 @@ def write_summary(
 
     seconds: by name, "advance" the time loop without output and compilation. `node_steps_per_second`
     counts nodes over that time; stress points are not counted. processor: seconds of all threads in the time loop; bytes: of
-    all fields. contact: what its solver reports (contact.multipliers).
+    all fields. contact: what its solver reports (couplings.contact.multipliers).
     """
     scene = run.scene
     write_crack_tips(run, scene)

@@ -52,9 +52,7 @@ def _try(window: str | None) -> str | None:
     if window is not None:
         environment[WINDOW] = window
     try:
-        done = subprocess.run(
-            [sys.executable, "-c", PROBE], env=environment, capture_output=True, text=True, timeout=60, check=False
-        )
+        done = subprocess.run([sys.executable, "-c", PROBE], env=environment, capture_output=True, text=True, timeout=60, check=False)
     except (OSError, subprocess.TimeoutExpired):
         return None
     words = done.stdout.split()

@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from ..model.mesh import SurfaceMesh
+from ..geometry.mesh import SurfaceMesh
 
 MOVE = 0.12  # of the plate's size: the largest displacement drawn
 TILT = (0.35, -0.75, 0.6)  # where a curved patch is seen from: across it, along its axis, out along its mean normal

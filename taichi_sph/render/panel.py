@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
 from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize
 
-from ..output.frame import BodyFrame
+from ..frame import BodyFrame
 from ..output.measures.fragments import border
 
 DAMAGE = LinearSegmentedColormap.from_list(
@@ -219,7 +219,9 @@ def draw(
             order = np.argsort(points[corner, 2].mean(axis=1), kind="stable")
             cells, colours, corner = cells[order], colours[order], corner[order]
             facing = np.cross(points[corner[:, 2]] - points[corner[:, 0]], points[corner[:, 3]] - points[corner[:, 1]])
-            facing[cells[:, 3] < 0] = np.cross(points[corner[:, 1]] - points[corner[:, 0]], points[corner[:, 2]] - points[corner[:, 0]])[cells[:, 3] < 0]
+            facing[cells[:, 3] < 0] = np.cross(points[corner[:, 1]] - points[corner[:, 0]], points[corner[:, 2]] - points[corner[:, 0]])[
+                cells[:, 3] < 0
+            ]
             light = np.abs(facing[:, 2]) / np.maximum(np.linalg.norm(facing, axis=1), 1e-300)
             colours[:, :3] *= (0.55 + 0.45 * light)[:, None]
         points = points[:, :2]

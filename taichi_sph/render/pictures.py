@@ -21,8 +21,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from ..errors import SceneError
+from ..frame import BodyFrame
 from ..output.folder import RunFolder
-from ..output.frame import BodyFrame
 from . import plots, struck
 from .backend import Backend, choose
 from .panel import BENT, DAMAGE, MARGIN, MOVED, PLASTIC, SPEED, UPRIGHT, Look, View, cell_values, draw, magnification, view_of
@@ -138,7 +138,9 @@ def _page(
                 axes.tick_params(left=False, labelleft=False)
         whole = rows * (tall + above) + (rows - 1) * 0.12 - above
         bar_height = min(whole, 3.2)
-        bar = figure.add_axes(((wide - right + 0.18) / wide, (bottom + (whole - bar_height) / 2) / height, 0.14 / wide, bar_height / height))
+        bar = figure.add_axes(
+            ((wide - right + 0.18) / wide, (bottom + (whole - bar_height) / 2) / height, 0.14 / wide, bar_height / height)
+        )
         figure.colorbar(ScalarMappable(Normalize(look.low * look.shown, look.high * look.shown), look.colours), cax=bar)
         bar.set_ylabel(look.label, fontsize=9)
         bar.tick_params(labelsize=8, length=2.5)
@@ -367,14 +369,10 @@ def render_compare(
         views = [view_of(_bodies(run, -1), look.magnification) for run in runs]
         turn = next((v.turn for v in views if v.turn is not None), None)
         views = [v for v in views if (v.turn is None) == (turn is None)]
-        view = View(
-            min(v.x0 for v in views), max(v.x1 for v in views), min(v.y0 for v in views), max(v.y1 for v in views), turn
-        )
+        view = View(min(v.x0 for v in views), max(v.x1 for v in views), min(v.y0 for v in views), max(v.y1 for v in views), turn)
         last = max(float(_times(run)[-1]) for run in runs)
         ends = ["" if run.scene.static is not None else instant(run, -1, last) for run in runs]  # the whole load
-        panels = [
-            (_bodies(run, -1), f"{name}   ({end})" if end else name) for run, name, end in zip(runs, names, ends, strict=True)
-        ]
+        panels = [(_bodies(run, -1), f"{name}   ({end})" if end else name) for run, name, end in zip(runs, names, ends, strict=True)]
         subtitle = "   ·   ".join(p for p in (f"at the end of each run, {_magnified(look)}", _gap(look)) if p)
         page = _page(panels, look, view, title or common_title(runs), subtitle, min(columns, len(panels)), choose())
         return _save(page, Path(out))

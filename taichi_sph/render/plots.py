@@ -128,9 +128,7 @@ def crack_tip(run: RunFolder, title: str, name: str = "crack_tip") -> Figure:
         else:  # a line far above would flatten the curve
             label, place = label + ", far above", highest
         top.set_ylim(0, highest)
-        top.annotate(
-            label, (float(time[0]), place), xytext=(4, -13), textcoords="offset points", color=PALETTE[1], fontsize=9
-        )
+        top.annotate(label, (float(time[0]), place), xytext=(4, -13), textcoords="offset points", color=PALETTE[1], fontsize=9)
         if plateau is not None:
             top.axhline(plateau, color="#6b7680", lw=1.0, ls=":")
             top.annotate(
@@ -250,7 +248,10 @@ def leak(run: RunFolder) -> Figure | None:
     time, out = h.time * scale, leaking.litres(run, h)
     factor, litre = (1.0, "l") if out.max() >= 1 else (1e3, "ml")
     # over a moving tenth of the run: from one sample to the next single particles leave
-    early, late = np.clip(h.time - 0.5 * leaking.LAST * h.time[-1], 0, None), np.clip(h.time + 0.5 * leaking.LAST * h.time[-1], None, h.time[-1])
+    early, late = (
+        np.clip(h.time - 0.5 * leaking.LAST * h.time[-1], 0, None),
+        np.clip(h.time + 0.5 * leaking.LAST * h.time[-1], None, h.time[-1]),
+    )
     rate = (np.interp(late, h.time, out) - np.interp(early, h.time, out)) / (late - early)
     curves = [
         (out * factor, f"leaked [{litre}]"),
@@ -269,7 +270,15 @@ def leak(run: RunFolder) -> Figure | None:
         _mark(axes[0, 0], perforation.first_rupture(run), scale, unit, (axes[0, 0],))
         mean = leaking.leak_rate(run, run.scene)
         axes[0, 1].plot([(1.0 - leaking.LAST) * time[-1], time[-1]], [mean, mean], color=SOFT_LINE, lw=2.0, ls=":")
-        axes[0, 1].annotate(f"at the end {mean:.3g} l/s", (time[-1], mean), xytext=(0, 4), textcoords="offset points", ha="right", fontsize=9, color="#4a545c")
+        axes[0, 1].annotate(
+            f"at the end {mean:.3g} l/s",
+            (time[-1], mean),
+            xytext=(0, 4),
+            textcoords="offset points",
+            ha="right",
+            fontsize=9,
+            color="#4a545c",
+        )
         for panel in axes[1]:
             panel.set_xlabel(f"time [{unit}]")
         figure.suptitle(f"{run.scene.title}: leak", x=0.01, ha="left", weight="bold", fontsize=11)

@@ -63,7 +63,9 @@ def _points(axes: plt.Axes, points: list[Mapping[str, Any]], key: str, scale: fl
             axes.plot([x, x], [max(e, LEAST) for e in p["spread"]], color=colour, linewidth=2.5, alpha=0.35, zorder=1)
         marker = {"as it is": "s", "thesis": "D"}.get(p["name"], "o")
         axes.plot(x, y, marker, color=colour, markersize=8 if marker != "o" else 5, zorder=3)
-    named = [p for p in points if p["name"] in (*front, "as it is") or p["name"].split()[0] in ("thesis", "collocation", "quality", "spacing")]
+    named = [
+        p for p in points if p["name"] in (*front, "as it is") or p["name"].split()[0] in ("thesis", "collocation", "quality", "spacing")
+    ]
     _label(axes, [(p["name"], p[key] * scale, max(p["error"], LEAST)) for p in named])
 
 
@@ -82,4 +84,11 @@ def _label(axes: plt.Axes, entries: list[tuple[str, float, float]]) -> None:
         if any(abs(at[0] - t[0]) < 75 and abs(at[1] - t[1]) < 11 for t in taken):
             continue
         taken.append(at)
-        axes.annotate(name if len(name) <= WIDE else name[: WIDE - 1] + "…", (x, y), xytext=(6, 3), textcoords="offset points", fontsize=7.5, color="#2b333a")
+        axes.annotate(
+            name if len(name) <= WIDE else name[: WIDE - 1] + "…",
+            (x, y),
+            xytext=(6, 3),
+            textcoords="offset points",
+            fontsize=7.5,
+            color="#2b333a",
+        )

@@ -14,7 +14,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.transforms import blended_transform_factory
 
-from ..output.frame import BodyFrame
+from ..frame import BodyFrame
 from . import plots
 from .backend import Backend
 from .panel import Look, View, draw, round_down

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from matplotlib.figure import Figure
 
+from ..frame import BodyFrame
 from ..output.folder import RunFolder
-from ..output.frame import BodyFrame
 from ..output.measures.fragments import flight, fragments, ruptured
 from ..output.measures.pattern import cell_centres, node_spacing
 from ..output.measures.perforation import first_rupture
@@ -194,6 +194,7 @@ def shown_points(run: RunFolder, instants: Sequence[int]) -> np.ndarray:
     low, high = box(run)
     room = max(AROUND * float(np.median(high - low)), 2.5 * striker_radius(run))
     found = []
+
     def near(points: np.ndarray) -> np.ndarray:
         return ((points >= low - room) & (points <= high + room)).all(axis=1)
 
@@ -225,7 +226,9 @@ def close_up(run: RunFolder, turn: np.ndarray, side: float) -> View | None:
         if not mine.any():
             continue
         place = centres[mine].mean(axis=0)
-        reach = CLOSE * max(float(np.percentile(np.linalg.norm(centres[mine] - place, axis=1), 97)), 5 * node_spacing(body.reference, body.cells))
+        reach = CLOSE * max(
+            float(np.percentile(np.linalg.norm(centres[mine] - place, axis=1), 97)), 5 * node_spacing(body.reference, body.cells)
+        )
         if 2 * reach > NEAR_ENOUGH * np.ptp(body.reference, axis=0).max():
             return None
         held = ~fragments(body).gone & (np.linalg.norm(body.reference - place, axis=1) <= reach)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 import pyvista
 
-from ..output.frame import BodyFrame
+from ..frame import BodyFrame
 from ..output.measures.fragments import border
 from ..output.measures.pattern import node_spacing
 from .panel import CORE, LOOSE, METAL, Look, View, cell_values, displaced, kept, point_values, scattered

@@ -1,57 +1,39 @@
-"""What the user says. `from taichi_sph.scene import Scene, Shell, Plate, ...` starts no Taichi."""
+"""What the user says. `from taichi_sph.scene import Scene, Shell, Plate, ...` starts no Taichi.
 
-from .check import checked, sentence
-from .rigid import Pinball, PinballContact, Rigid
-from .fluid import Acoustic, Fluid, FluidBox, Hole, ShellFill, Tait, Wall, Water
-from .schema import (
-    Ball,
-    Box,
-    Collocation,
-    Cut,
-    Delay,
-    Galerkin,
-    InitialVelocity,
-    JohnsonCook,
-    LemaitreChaboche,
-    Material,
-    Mazars,
-    MeshFile,
-    Modes,
-    NodalForce,
-    NodalMoment,
-    Numerics,
-    Output,
-    Outside,
-    Perfect,
-    Plate,
-    Power,
-    PrescribedVelocity,
-    Probe,
-    Pulse,
-    Quality,
-    Quantity,
-    Ramp,
-    Scene,
-    Shell,
-    Static,
-    Step,
-    StepLimit,
-    SurfacePressure,
-    Table,
-    Viscosity,
-)
-from .library import ductile, material, materials
-from .script import derive, dump, load, load_scene, parameters_of
-from .study import Convergence, Study
-from .surfaces import CappedTank, Cylinder, Disc, Roof, SpherePatch
-from .units import Angle, Density, Dimensionless, Force, Length, Pressure, Speed, Spin, Time, to_si
+Names are loaded when they are asked for, so that what a kind of body says (bodies/*/said.py) may use the parts of this package.
+"""
 
-__all__ = [
-    "Acoustic", "Fluid", "FluidBox", "Hole", "ShellFill", "Tait", "Wall", "Water",
-    "Angle", "CappedTank", "Cylinder", "Disc", "Roof", "SpherePatch",
-    "Ball", "Box", "Collocation", "Convergence", "Cut", "Delay", "Density", "Dimensionless", "Force", "Galerkin",
-    "InitialVelocity", "Length", "Material", "Mazars", "MeshFile", "Modes", "NodalForce", "NodalMoment", "Numerics", "Output", "Outside", "Perfect", "Plate", "Power",
-    "Pinball", "PinballContact", "Rigid", "PrescribedVelocity", "Pressure", "Probe", "Pulse", "Quality", "Quantity", "Ramp", "Scene", "Shell", "Speed", "Spin",
-    "Static", "StepLimit", "SurfacePressure",
-    "Step", "Study", "Table", "Time", "Viscosity", "checked", "derive", "ductile", "dump", "load", "load_scene", "material", "materials", "parameters_of", "sentence", "to_si",
-]  # fmt: skip
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+_WHERE = {
+    "check": ("checked", "sentence"),
+    "library": ("ductile", "material", "materials"),
+    "materials": ("Delay", "JohnsonCook", "LemaitreChaboche", "Material", "Mazars", "Perfect", "Power", "Table"),
+    "schema": (
+        "Ball", "Box", "Collocation", "Cut", "Galerkin", "InitialVelocity", "Modes", "NodalForce", "NodalMoment", "Numerics", "Output",
+        "Outside", "PrescribedVelocity", "Probe", "Pulse", "Quality", "Quantity", "Ramp", "Scene", "Shell", "Static", "Step", "StepLimit",
+        "SurfacePressure", "Viscosity",
+    ),
+    "script": ("derive", "dump", "load", "load_scene", "parameters_of"),
+    "study": ("Convergence", "Study"),
+    "surfaces": ("CappedTank", "Cylinder", "Disc", "MeshFile", "Plate", "Roof", "SpherePatch"),
+    "units": ("Angle", "Density", "Dimensionless", "Force", "Length", "Pressure", "Speed", "Spin", "Time", "to_si"),
+    "..bodies.fluid.said": ("Acoustic", "Fluid", "FluidBox", "Hole", "ShellFill", "Tait", "Wall", "Water"),
+    "..bodies.rigid.said": ("Pinball", "PinballContact", "Rigid"),
+}  # fmt: skip
+_HOME = {name: module for module, names in _WHERE.items() for name in names}
+__all__ = sorted(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'taichi_sph.scene' has no name {name!r}")
+    module = _HOME[name]
+    return getattr(import_module(module if module.startswith(".") else f".{module}", __name__), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -18,7 +18,6 @@ from . import plausible
 from .base import Choice, Frozen
 from .units import Density, Dimensionless, Pressure, Rate, Time
 
-
 # --- strength ---------------------------------------------------------------------------------------
 
 
@@ -36,7 +35,7 @@ class _Strength(Frozen):
     layers: Annotated[StrictInt, Field(ge=2, le=15)] | None = None
 
     @model_validator(mode="after")
-    def _one_form(self) -> "_Strength":
+    def _one_form(self) -> _Strength:
         if self.layers is not None and self.kappa > 0:
             raise ValueError("kappa belongs to the global form; in layers transverse shear stays elastic: leave one of them out")
         return self
@@ -65,7 +64,7 @@ class Table(_Strength):
     points: Annotated[tuple[tuple[Dimensionless, Pressure], ...], Field(min_length=1, max_length=200)]
 
     @model_validator(mode="after")
-    def _rises(self) -> "Table":
+    def _rises(self) -> Table:
         strain, stress = zip(*self.points)
         if strain[0] != 0.0:
             raise ValueError(f"points: the first one must be the yield stress at plastic strain 0, not at {strain[0]:g}")
@@ -114,7 +113,7 @@ class LemaitreChaboche(Frozen):
     necks: StrictBool | None = None
 
     @model_validator(mode="after")
-    def _grows(self) -> "LemaitreChaboche":
+    def _grows(self) -> LemaitreChaboche:
         if self.rupture <= self.threshold:
             raise ValueError(f"rupture {self.rupture:g} must be greater than threshold {self.threshold:g}")
         return self
@@ -151,7 +150,7 @@ class Material(Frozen):
     critical_damage: Annotated[Dimensionless, Field(gt=0, le=1)] | None = None  # D_c: rupture
 
     @model_validator(mode="after")
-    def _believable(self) -> "Material":
+    def _believable(self) -> Material:
         if self.damage is None and (self.delay is not None or self.critical_damage is not None):
             raise ValueError("delay and critical_damage need a damage law: set damage")
         if isinstance(self.damage, LemaitreChaboche) and self.strength is None:

@@ -20,7 +20,7 @@ MAX_STEPS = 20_000_000
 TIMELESS = ("static", "modes", "limit")  # what a scene may ask for instead of a motion
 
 
-def material(m: "Material") -> None:
+def material(m: Material) -> None:
     """Density, modulus and wave speed of the solids there are (foams and balsa to osmium; gels excluded)."""
     if not 25.0 <= m.density <= 25_000.0:
         for unit, factor in (("g/cm^3", 1e3), ("tonne/mm^3", 1e12), ("kg/mm^3", 1e9)):
@@ -53,7 +53,7 @@ def material(m: "Material") -> None:
             )
 
 
-def plate(shell: "Shell") -> None:
+def plate(shell: Shell) -> None:
     """Thickness and cuts against the size of a plate."""
     surface: Plate = shell.surface  # type: ignore[assignment]
     size = max(surface.length, surface.width)
@@ -75,7 +75,7 @@ def plate(shell: "Shell") -> None:
                     )
 
 
-def rounded(shell: "Shell") -> None:
+def rounded(shell: Shell) -> None:
     """Thickness against the radius that every other generated surface has."""
     radius = shell.surface.radius  # type: ignore[union-attr]
     if shell.thickness > radius:
@@ -85,7 +85,7 @@ def rounded(shell: "Shell") -> None:
         )
 
 
-def scene(s: "Scene") -> None:
+def scene(s: Scene) -> None:
     """Names, loads, and the size of the computation."""
     if not (s.shells or s.rigids or s.fluids):
         raise ValueError("shells, rigids and fluids are empty: a scene needs at least one body")
@@ -105,8 +105,7 @@ def scene(s: "Scene") -> None:
         raise ValueError("gravity: z must be 0, for the shell moves in its plane (motion = 'in_plane')")
     if s.pressures and s.numerics.formulation.kind != "galerkin":
         raise ValueError(
-            f"pressures: numerics.formulation '{s.numerics.formulation.kind}' has no surface pressure; use 'galerkin', or "
-            "forces"
+            f"pressures: numerics.formulation '{s.numerics.formulation.kind}' has no surface pressure; use 'galerkin', or forces"
         )
     if getattr(s.numerics.formulation, "selective_shear", False) and any(x.material.damage or x.material.strength for x in s.shells):
         raise ValueError("numerics.formulation.selective_shear knows no damage and no strength of the nodes' shear; leave one of them out")
@@ -137,7 +136,7 @@ def scene(s: "Scene") -> None:
     _size(s)
 
 
-def _rigids(s: "Scene") -> None:
+def _rigids(s: Scene) -> None:
     """Rigid bodies beside the rest of the scene."""
     taken = [shell.name for shell in s.shells]
     for number, body in enumerate(s.rigids):
@@ -154,7 +153,7 @@ def _rigids(s: "Scene") -> None:
     _in_time(s, "rigid bodies move", "rigids")
 
 
-def _contact(s: "Scene") -> None:
+def _contact(s: Scene) -> None:
     """Settings of contact in scenes where nothing meets."""
     own = any(shell.self_contact for shell in s.shells)
     for number, shell in enumerate(s.shells):
@@ -166,7 +165,7 @@ def _contact(s: "Scene") -> None:
         raise ValueError("numerics.contact: no two bodies of this scene can meet; leave it out")
 
 
-def _fluids(s: "Scene") -> None:
+def _fluids(s: Scene) -> None:
     """Fluids beside the rest of the scene."""
     if not s.fluids:
         if s.walls:
@@ -208,14 +207,14 @@ def _fluids(s: "Scene") -> None:
     _in_time(s, "a fluid moves", "fluids")
 
 
-def _in_time(s: "Scene", what: str, cause: str) -> None:
+def _in_time(s: Scene, what: str, cause: str) -> None:
     """A scene with something that only moves in time."""
     for key in TIMELESS:
         if getattr(s, key) is not None:
             raise ValueError(f"{key}: {what} in time; leave out {key} or {cause}")
 
 
-def _still(s: "Scene", key: str, why: str) -> None:
+def _still(s: Scene, key: str, why: str) -> None:
     """A scene that is no motion: nothing starts with a velocity, and motions only hold."""
     if s.initial:
         raise ValueError(f"{key}: initial velocities mean nothing to it; leave them out")
@@ -235,7 +234,7 @@ def _stays_in_plane(where: str, key: str, load: Any) -> None:
         raise ValueError(f"{where}.spin: shell '{load.shell}' has motion = 'in_plane', its directors do not turn")
 
 
-def _size(s: "Scene") -> None:
+def _size(s: Scene) -> None:
     spacing, nodes = s.numerics.spacing, 0.0
     if not s.shells:
         return
@@ -246,14 +245,10 @@ def _size(s: "Scene") -> None:
             continue
         if spacing > surface.smallest * (1 + 1e-9):
             why = f"is {show(surface.smallest, 'm')} wide" if surface.kind == "plate" else f"takes at most {show(surface.smallest, 'm')}"
-            raise ValueError(
-                f"numerics.spacing {show(spacing, 'm')} is larger than the body: {surface.kind} '{shell.name}' {why}"
-            )
+            raise ValueError(f"numerics.spacing {show(spacing, 'm')} is larger than the body: {surface.kind} '{shell.name}' {why}")
         nodes += surface.area / spacing**2
     if nodes > MAX_NODES:
-        raise ValueError(
-            f"numerics.spacing {show(spacing, 'm')} gives {nodes:.2g} nodes; at most {MAX_NODES / 1e6:g} million are allowed"
-        )
+        raise ValueError(f"numerics.spacing {show(spacing, 'm')} gives {nodes:.2g} nodes; at most {MAX_NODES / 1e6:g} million are allowed")
     if s.increments is not None:
         return  # their duration is a pseudo-time
     steps = s.duration * fastest / (0.5 * spacing)

@@ -12,11 +12,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, StrictInt, model_validator
 
+from ..bodies.fluid.said import Fluid, Wall
+from ..bodies.rigid.said import PinballContact, Rigid
 from . import plausible
 from .base import Choice, Frozen, Point
-from .fluid import Fluid, Wall
 from .materials import Delay, JohnsonCook, LemaitreChaboche, Material, Mazars, Perfect, Power, Table  # noqa: F401  (part of the vocabulary)
-from .rigid import PinballContact, Rigid
 from .surfaces import Disc, MeshFile, Plate, Surface
 from .units import Acceleration, Dimensionless, Force, Length, Moment, Pressure, Speed, Spin, Time
 
@@ -35,7 +35,7 @@ class Box(Frozen):
     hi: tuple[Length | None, Length | None, Length | None] = (None, None, None)
 
     @model_validator(mode="after")
-    def _has_inside(self) -> "Box":
+    def _has_inside(self) -> Box:
         for axis, lo, hi in zip("xyz", self.lo, self.hi):
             if lo is not None and hi is not None and lo > hi:
                 raise ValueError(f"lo is above hi along {axis} ({lo:g} m > {hi:g} m): the box holds nothing")
@@ -70,7 +70,7 @@ class Cut(Frozen):
     end: Point
 
     @model_validator(mode="after")
-    def _has_length(self) -> "Cut":
+    def _has_length(self) -> Cut:
         if self.start == self.end:
             raise ValueError("start and end are the same point: a cut needs a length")
         return self
@@ -93,7 +93,7 @@ class Shell(Frozen):
     sound: tuple[Region, ...] = ()  # no damage here: where a support's rubber, not modelled, spreads its load
 
     @model_validator(mode="after")
-    def _believable(self) -> "Shell":
+    def _believable(self) -> Shell:
         if not isinstance(self.surface, Plate | Disc | MeshFile) and self.motion == "in_plane":
             raise ValueError(
                 f"motion = 'in_plane' is for flat bodies, and shell '{self.name}' is a {self.surface.kind}; set motion = 'free'"
@@ -166,7 +166,7 @@ class PrescribedVelocity(Frozen):
     history: History = Step()
 
     @model_validator(mode="after")
-    def _holds_something(self) -> "PrescribedVelocity":
+    def _holds_something(self) -> PrescribedVelocity:
         if all(v is None for v in (*self.velocity, *self.spin)):
             raise ValueError("velocity leaves all three components free: give at least one, 0 to hold it")
         return self
@@ -323,7 +323,7 @@ class Scene(Frozen):
     quantities: tuple[Quantity, ...] = ()
 
     @model_validator(mode="after")
-    def _believable(self) -> "Scene":
+    def _believable(self) -> Scene:
         plausible.scene(self)
         return self
 
@@ -336,7 +336,7 @@ class Scene(Frozen):
             return self.modes.count
         return 1 if self.limit is not None else None
 
-    def derive(self, **changes: Any) -> "Scene":
+    def derive(self, **changes: Any) -> Scene:
         """A new scene with some keys changed: scene.derive(**{"numerics.spacing": "1 mm"})."""
         from .script import derive
 

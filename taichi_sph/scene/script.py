@@ -59,7 +59,9 @@ def load(source: Path | str | SceneFunction, settings: Mapping[str, Any] | None 
             raise SceneError(f"'{path}' is not a scene: a scene is a .py script or a .json file")
     changes = {key: _literal(value) for key, value in rest.items()}
     if isinstance(scene, Study):
-        cases = {name: derive(_anchored(case, folder), **changes) if changes else _anchored(case, folder) for name, case in scene.cases.items()}
+        cases = {
+            name: derive(_anchored(case, folder), **changes) if changes else _anchored(case, folder) for name, case in scene.cases.items()
+        }
         return scene.model_copy(update={"cases": cases, "parameters": {**scene.parameters, **_recorded(changes)}})
     scene = _anchored(scene, folder)
     return derive(scene, **changes) if changes else scene

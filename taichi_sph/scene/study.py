@@ -38,7 +38,7 @@ class Study(Frozen):
     orders: tuple[Convergence, ...] = ()
 
     @model_validator(mode="after")
-    def _folders_differ(self) -> "Study":
+    def _folders_differ(self) -> Study:
         small = [name.lower() for name in self.cases]  # some disks do not tell A from a
         for name in self.cases:
             if small.count(name.lower()) > 1:

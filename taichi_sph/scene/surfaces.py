@@ -68,7 +68,7 @@ class Cylinder(Frozen):
     origin: Point = (0.0, 0.0, 0.0)
 
     @model_validator(mode="after")
-    def _closes(self) -> "Cylinder":
+    def _closes(self) -> Cylinder:
         if self.ends == "discs" and not self.whole:
             raise ValueError(f"ends = 'discs' needs the whole circle, and angle is {math.degrees(self.angle):g} deg")
         return self
@@ -101,7 +101,7 @@ class CappedTank(Frozen):
     origin: Point = (0.0, 0.0, 0.0)
 
     @model_validator(mode="after")
-    def _has_its_height(self) -> "CappedTank":
+    def _has_its_height(self) -> CappedTank:
         if self.cap_height is not None:
             if self.cap == "flat":
                 raise ValueError("cap_height is for cap = 'dome'; a flat cap has none")
@@ -155,7 +155,7 @@ class Roof(Frozen):
     origin: Point = (0.0, 0.0, 0.0)
 
     @model_validator(mode="after")
-    def _has_width(self) -> "Roof":
+    def _has_width(self) -> Roof:
         if self.start_angle is not None and not -self.half_angle <= self.start_angle < self.half_angle:
             half = math.degrees(self.half_angle)
             raise ValueError(

@@ -19,8 +19,7 @@ from pydantic import BeforeValidator
 from ..errors import nearest
 
 COMMON = (
-    "m mm cm um km in inch ft s ms us ns Pa kPa MPa GPa bar N kN MN kg g tonne kg/m^3 g/cm^3 "
-    "tonne/mm^3 m/s mm/ms km/s deg rad"
+    "m mm cm um km in inch ft s ms us ns Pa kPa MPa GPa bar N kN MN kg g tonne kg/m^3 g/cm^3 tonne/mm^3 m/s mm/ms km/s deg rad"
 ).split()
 
 

@@ -11,7 +11,7 @@ import pytest
 from taichi_sph import cli
 
 from ..scene.examples import GOOD
-from .fake import FakeSimulation
+from .fake import FakeWorld
 
 
 @pytest.fixture(autouse=True)
@@ -31,15 +31,15 @@ def scene_file(work: Path) -> Path:
 
 
 @pytest.fixture
-def fake(monkeypatch: pytest.MonkeyPatch) -> type[FakeSimulation]:
+def fake(monkeypatch: pytest.MonkeyPatch) -> type[FakeWorld]:
     """Runs use the stand-in; `stop_at` and `on_step` may be set on it."""
     import sys
     import types
 
-    module = types.ModuleType("taichi_sph.solver.simulation")
-    kind = type("Fake", (FakeSimulation,), {"asked": []})
-    module.Simulation = kind  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "taichi_sph.solver.simulation", module)
+    module = types.ModuleType("taichi_sph.world.world")
+    kind = type("Fake", (FakeWorld,), {"asked": []})
+    module.World = kind  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "taichi_sph.world.world", module)
     return kind
 
 

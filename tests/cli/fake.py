@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from taichi_sph.errors import RunStopped, SceneError
-from taichi_sph.output.frame import BodyFrame, Frame
+from taichi_sph.frame import BodyFrame, Frame
 from taichi_sph.scene import Scene
 
 STEPS = 40  # over the duration
 
 
-class FakeSimulation:
-    """What run.py needs of a Simulation; `stop_at` makes the watchdog bite at that step."""
+class FakeWorld:
+    """What run.py needs of a World; `stop_at` makes the watchdog bite at that step."""
 
     stop_at: int | None = None
     on_step: Any = None  # called with the simulation after each step

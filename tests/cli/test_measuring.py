@@ -7,12 +7,12 @@ import json
 import numpy as np
 import pytest
 
-from taichi_sph import speed
-from taichi_sph.bench import TRAFFIC, exponent, plate_scene, step_bytes
-from taichi_sph.model.mesh import plate
-from taichi_sph.model.plan import plan
+from taichi_sph.geometry.mesh import plate
+from taichi_sph.run.plan import plan
+from taichi_sph.run import speed
 from taichi_sph.scene import Scene
-from taichi_sph.spectrum import _lowest, element_stiffness, square
+from taichi_sph.verification.bench import TRAFFIC, exponent, plate_scene, step_bytes
+from taichi_sph.verification.spectrum import _lowest, element_stiffness, square
 
 from ..scene.examples import GOOD
 

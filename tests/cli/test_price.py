@@ -6,9 +6,9 @@ import json
 
 import pytest
 
-from taichi_sph import price, sweep
 from taichi_sph.errors import SceneError
 from taichi_sph.scene import load_scene
+from taichi_sph.studies import price, sweep
 
 from ..scene.examples import GOOD
 
@@ -76,7 +76,14 @@ def test_every_knob_of_a_tank_of_water():
 
     scene = load_scene(Path(__file__).parents[2] / "scenes" / "tank_leak.py")
     found = price.knobs(scene, ["quality", "level"])
-    assert {"water every 2", "water alpha 0.3", "water delta 0.1", "water contact pinballs", "water support 1.3", "contact tolerance 0.01"} <= found.keys()
+    assert {
+        "water every 2",
+        "water alpha 0.3",
+        "water delta 0.1",
+        "water contact pinballs",
+        "water support 1.3",
+        "contact tolerance 0.01",
+    } <= found.keys()
     assert found[price.THESIS]["fluids.water.contact"] == "pinballs"
     coarse = found["spacing x 2"]
     assert coarse["fluids.water.spacing"] / coarse["numerics.spacing"] == pytest.approx(1.19)  # together
@@ -181,7 +188,9 @@ def test_errors_front_and_qualities():
     assert found["front"] == ["rough", "quick", price.BASE, "fine"]
     assert found["qualities"] == {"draft": "quick", "standard": "quick", "paper": "fine"}
     assert price.qualities([p for p in found["points"] if p["error"] is None]) == {}
-    steep = record(point("useless", 13.0, 0.2), point("bad", 1.15, 0.3), point("rough", 1.08, 1), point("good", 1.0014, 9), point("best", 1.0007, 69))
+    steep = record(
+        point("useless", 13.0, 0.2), point("bad", 1.15, 0.3), point("rough", 1.08, 1), point("good", 1.0014, 9), point("best", 1.0007, 69)
+    )
     assert steep["qualities"] == {"draft": "rough", "standard": "good", "paper": "best"}  # standard is no worse than draft
 
 
@@ -243,7 +252,11 @@ def test_the_command(call, work, runs):
     assert points["spacing x 2"]["error"] is None  # three cracks instead of one
     assert points[price.BASE]["runs"] == 3 and points[price.BASE]["spread"] == pytest.approx([0.025, 0.055])
     assert "spread" not in points["precision f32"] and points["precision f32"]["error"] == pytest.approx(0.54)
-    assert found["command"] == "taichi-sph price plate.py --seeds 2 --most 100" and found["cost"] == "node_steps" and found["quality_rule"] == price.QUALITY_RULE
+    assert (
+        found["command"] == "taichi-sph price plate.py --seeds 2 --most 100"
+        and found["cost"] == "node_steps"
+        and found["quality_rule"] == price.QUALITY_RULE
+    )
     assert {s.get("numerics.seed") for s in runs} == {None, 1, 2}
     text = (work / "p/price.md").read_text()
     assert "another answer: crack_count 3" in text and "Qualities by the rule (draft: the cheapest" in text
@@ -293,4 +306,4 @@ def test_what_a_scene_takes(call, work, scene_file):
     assert lines[1].startswith(f"{len(run.fields)} fields, ") and sum(run.fields.values()) == run.bytes
     counts = [int(line.rpartition(": ")[2].split(",")[0]) for line in lines[2:] if line.startswith("  ")]
     assert sum(counts) == len(run.fields) + len(runtime.kernels())
-    assert "  forces.galerkin: " in out and "contact" not in out and "built and compiled in" in lines[-1]
+    assert "  bodies.shell_sph.galerkin: " in out and "contact" not in out and "built and compiled in" in lines[-1]

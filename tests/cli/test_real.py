@@ -39,9 +39,11 @@ def program(*arguments: str, **options) -> subprocess.CompletedProcess:
 
 def final(folder: Path) -> tuple[str, str, dict[str, np.ndarray]]:
     record = json.loads((folder / "record.json").read_text())
-    return record["result_hash"], (folder / "histories/energies.csv").read_text(), checkpoint.load(
-        checkpoint.latest(folder / "checkpoints")
-    ).state
+    return (
+        record["result_hash"],
+        (folder / "histories/energies.csv").read_text(),
+        checkpoint.load(checkpoint.latest(folder / "checkpoints")).state,
+    )
 
 
 def test_killed_by_sigterm_and_resumed_is_the_same_run_at_one_and_two_threads(scene, work):

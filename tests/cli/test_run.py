@@ -11,8 +11,8 @@ import pytest
 
 from taichi_sph.output.frames import FramesFile
 from taichi_sph.output.histories import read_history
-from taichi_sph.progress import Pace
-from taichi_sph.run import Every
+from taichi_sph.run.progress import Pace
+from taichi_sph.run.session import Every
 
 from ..scene.examples import GOOD
 from .conftest import files
@@ -160,7 +160,7 @@ def test_arch_and_threads_arrive(call, fake, scene_file):
 
 
 def test_a_scene_that_needs_more_memory_than_there_is(call, work, fake, scene_file, monkeypatch):
-    monkeypatch.setattr("taichi_sph.run._memory", lambda: 1000)
+    monkeypatch.setattr("taichi_sph.run.session._memory", lambda: 1000)
     code, _, err = call("run", "small.json")
     assert code == 2 and "of memory; this machine has 1 kB" in err
 
@@ -183,7 +183,7 @@ def test_every():
 def test_the_first_steps_tell_nothing_about_the_rest(monkeypatch):
     """A minute for the first step, then a second for each hundredth: 90 s are left at 10 %."""
     now = [0.0]
-    monkeypatch.setattr("taichi_sph.progress.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("taichi_sph.run.progress.time.monotonic", lambda: now[0])
     pace = Pace(1.0)
     now[0] = 60.0
     assert pace.left(1e-6) is None

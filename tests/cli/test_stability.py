@@ -7,8 +7,8 @@ import math
 
 import pytest
 
-from taichi_sph import stability
 from taichi_sph.errors import SceneError
+from taichi_sph.verification import stability
 
 
 def below(limit):

@@ -11,8 +11,8 @@ from collections import Counter
 
 import pytest
 
-from taichi_sph import sweep
 from taichi_sph.errors import SceneError
+from taichi_sph.studies import sweep
 
 from .conftest import files
 
@@ -160,7 +160,9 @@ def test_a_point_runs_in_a_process_of_its_own(work, script):
     ]
     assert [r["status"] for r in results] == ["done", "failed", "failed"], [r["sentence"] for r in results]
     summary = results[0]["summary"]
-    assert summary["bytes"] > 1000 and summary["processor_seconds"] > 0 and summary["command"].endswith("--set duration=1e-06 --set rows=10")
+    assert (
+        summary["bytes"] > 1000 and summary["processor_seconds"] > 0 and summary["command"].endswith("--set duration=1e-06 --set rows=10")
+    )
     assert "it was not done after 0.2 s" in results[1]["sentence"] and "ZeroDivisionError" in results[2]["sentence"]
 
 
@@ -171,7 +173,9 @@ def test_a_process_that_crashes_is_a_sentence(monkeypatch, script):
     monkeypatch.setattr(sweep, "CHILD", "import sys; print('taichi-sph: it broke', file=sys.stderr); sys.exit(3)")
     assert sweep.compute(sweep.task(script, {}, {}))["sentence"] == "it broke"
     monkeypatch.setattr(sweep, "CHILD", "[][0]")
-    assert sweep.compute(sweep.task(script, {}, {}))["sentence"] == 'IndexError: list index out of range; File "<string>", line 1, in <module>'
+    assert (
+        sweep.compute(sweep.task(script, {}, {}))["sentence"] == 'IndexError: list index out of range; File "<string>", line 1, in <module>'
+    )
 
 
 @pytest.mark.long
@@ -180,7 +184,10 @@ def test_a_process_ends_with_the_one_that_started_it(tmp_path):
     import subprocess
     import sys
 
-    watch = sweep.CHILD.replace("from taichi_sph.cli import main\nmain()", f"import time\nopen({str(tmp_path / 'pid')!r}, 'w').write(str(os.getpid()))\ntime.sleep(60)")
+    watch = sweep.CHILD.replace(
+        "from taichi_sph.cli import main\nmain()",
+        f"import time\nopen({str(tmp_path / 'pid')!r}, 'w').write(str(os.getpid()))\ntime.sleep(60)",
+    )
     parent = f"import subprocess, sys; subprocess.Popen([sys.executable, '-c', {watch!r}], stdin=subprocess.PIPE).wait()"
     started = subprocess.Popen([sys.executable, "-c", parent])
     until = time.monotonic() + 30

@@ -14,7 +14,7 @@ def ball(name, centre, velocity=(0.0, 0.0, 0.0), mass=1.0, radius=0.1, **more):
 
 
 def start(*bodies, duration=0.1, gravity=None, **contact):
-    from taichi_sph.solver.simulation import Simulation
+    from taichi_sph.world.world import World
 
     scene = Scene(
         name="rigid",
@@ -25,7 +25,7 @@ def start(*bodies, duration=0.1, gravity=None, **contact):
         duration=duration,
         numerics=Numerics(spacing=0.1, contact=PinballContact(**contact) if contact else None),
     )
-    return Simulation(scene)
+    return World(scene)
 
 
 def velocities(sim):
@@ -118,7 +118,7 @@ def test_a_free_body_keeps_spin_energy_and_momentum():
         spin=(3.0, 4.0, 5.0),
     )
     sim = start(body, duration=2.0)
-    from taichi_sph.model.rigid import spins
+    from taichi_sph.bodies.rigid.pool import spins
 
     assert sim.dt < 2e-3  # the spin rules it
     sim.dt = 1e-3

@@ -14,7 +14,7 @@ TOP = RADIUS + 0.5 * THICKNESS
 
 
 def start(surface=None, velocity=(0.0, 0.0, -40.0), centre=(0.0, 0.0, TOP + 1e-6), spacing=1e-3, rigids=None, **more):
-    from taichi_sph.solver.simulation import Simulation
+    from taichi_sph.world.world import World
 
     striker = Rigid(name="striker", mass=0.154, pinballs=[Pinball(centre=centre, radius=RADIUS)], velocity=velocity)
     shell = Shell(
@@ -30,7 +30,7 @@ def start(surface=None, velocity=(0.0, 0.0, -40.0), centre=(0.0, 0.0, TOP + 1e-6
         duration=30e-6,
         numerics=Numerics(spacing=spacing, **more),
     )
-    return Simulation(scene)
+    return World(scene)
 
 
 def shell_momentum(sim):
@@ -129,11 +129,11 @@ def test_restart_is_exact(precision):
 
 
 def test_the_number_of_threads_changes_nothing():
-    from taichi_sph.solver.simulation import Simulation
+    from taichi_sph.world.world import World
 
     states = []
     for threads in (1, 2):
-        sim = Simulation(start().scene, threads=threads)
+        sim = World(start().scene, threads=threads)
         sim.advance(150)
         states.append(sim.state())
     for name, value in states[0].items():
@@ -145,7 +145,7 @@ def two_plates(path, self_contact):
     import meshio
 
     from taichi_sph.scene import Box, InitialVelocity, MeshFile
-    from taichi_sph.solver.simulation import Simulation
+    from taichi_sph.world.world import World
 
     n, side = 6, 6e-3
     x, y = np.meshgrid(np.linspace(0, side, n + 1), np.linspace(0, side, n + 1), indexing="ij")
@@ -154,17 +154,13 @@ def two_plates(path, self_contact):
     k = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
     quads = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], axis=-1).reshape(-1, 4)
     meshio.write_points_cells(path, points, [("quad", np.concatenate([quads, quads + len(low)]))])
-    shell = Shell(
-        name="plates", surface=MeshFile(path=path), thickness=THICKNESS, material=STEEL, motion="free", self_contact=self_contact
-    )
+    shell = Shell(name="plates", surface=MeshFile(path=path), thickness=THICKNESS, material=STEEL, motion="free", self_contact=self_contact)
     push = [
         InitialVelocity(shell="plates", where=Box(hi=(None, None, 1e-3)), velocity=(0, 0, 20.0)),
         InitialVelocity(shell="plates", where=Box(lo=(None, None, 1e-3)), velocity=(0, 0, -20.0)),
     ]
-    scene = Scene(
-        name="plates", title="t", source="tests", shells=[shell], initial=push, duration=150e-6, numerics=Numerics(spacing=1e-3)
-    )
-    return Simulation(scene)
+    scene = Scene(name="plates", title="t", source="tests", shells=[shell], initial=push, duration=150e-6, numerics=Numerics(spacing=1e-3))
+    return World(scene)
 
 
 def test_two_pieces_of_one_shell_meet_only_with_self_contact(tmp_path):

@@ -18,9 +18,7 @@ def can(level=None, gravity=None, velocity=(0.0, 0.0, 0.0), held=False, rigids=(
         name="can",
         title="a can",
         source="tests",
-        shells=[
-            Shell(name="can", surface=Cylinder(radius=0.05, length=0.2, ends="discs"), thickness=1e-3, material=STEEL, motion="free")
-        ],
+        shells=[Shell(name="can", surface=Cylinder(radius=0.05, length=0.2, ends="discs"), thickness=1e-3, material=STEEL, motion="free")],
         fluids=[Fluid(name="water", fill=ShellFill(shell="can", level=level), velocity=velocity, every=every)],
         rigids=rigids,
         motions=motions,
@@ -31,9 +29,9 @@ def can(level=None, gravity=None, velocity=(0.0, 0.0, 0.0), held=False, rigids=(
 
 
 def start(scene, **options):
-    from taichi_sph.solver.simulation import Simulation
+    from taichi_sph.world.world import World
 
-    return Simulation(scene, **options)
+    return World(scene, **options)
 
 
 def momentum(sim):

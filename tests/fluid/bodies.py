@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from taichi_sph import runtime
-from taichi_sph.scene.fluid import Fluid, FluidBox, Wall, Water
+from taichi_sph.bodies.fluid.said import Fluid, FluidBox, Wall, Water
 
 SPACING = 0.01
 
@@ -18,7 +18,7 @@ def lattice(counts, shaken: float = 0.0) -> np.ndarray:
 
 def body(points, *, water=None, gravity=(0.0, 0.0, 0.0), walls=(), precision="f64", threads=None, skin=0.15, **settings):
     """A FluidBody of those points in a Taichi started afresh."""
-    from taichi_sph.solver.fluid_body import FluidBody
+    from taichi_sph.bodies.fluid.body import FluidBody
 
     runtime.start("cpu", precision, threads)
     fluid = Fluid(name="water", fill=FluidBox(lo=(0, 0, 0), hi=(1, 1, 1)), water=water or Water(tension=None), **settings)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from taichi_sph import bench
+from taichi_sph.verification import bench
 
 
 def test_measure_fluid(monkeypatch):

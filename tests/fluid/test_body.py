@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from taichi_sph.scene.fluid import Hole, Wall, Water
+from taichi_sph.bodies.fluid.said import Hole, Wall, Water
 
 from .bodies import SPACING, body, box, by_id, lattice, put, run, unbalanced
 

@@ -12,9 +12,9 @@ G = 9.81
 
 
 def start(scene: Scene):
-    from taichi_sph.solver.simulation import Simulation
+    from taichi_sph.world.world import World
 
-    return Simulation(scene)
+    return World(scene)
 
 
 def boxed(hi, **more) -> Scene:
@@ -32,9 +32,7 @@ def can(level=None, bullet: float | None = None, young=210e9, **more) -> Scene:
         name="can",
         title="a can",
         source="tests",
-        shells=[
-            Shell(name="can", surface=Cylinder(radius=0.03, length=0.08, ends="discs"), thickness=1e-3, material=STEEL, motion="free")
-        ],
+        shells=[Shell(name="can", surface=Cylinder(radius=0.03, length=0.08, ends="discs"), thickness=1e-3, material=STEEL, motion="free")],
         fluids=[Fluid(name="water", fill=ShellFill(shell="can", level=level), **more)],
         rigids=[Rigid(name="bullet", mass=0.03, pinballs=[ball], velocity=(-bullet, 0, 0))] if bullet else [],
         duration=1e-3,
@@ -62,7 +60,8 @@ def test_one_particle_falls_and_stays_above_the_floor():
 
 
 @pytest.mark.parametrize(
-    "level, said", [(0.0, "level 0 m lies outside the shell 'can'"), (0.081, "level 0.081 m lies outside"), (0.003, "no particle of 0.01 m fits")]
+    "level, said",
+    [(0.0, "level 0 m lies outside the shell 'can'"), (0.081, "level 0.081 m lies outside"), (0.003, "no particle of 0.01 m fits")],
 )
 @pytest.mark.long
 def test_dry_and_overfilled_tanks_are_refused(level, said):
@@ -95,7 +94,10 @@ def test_the_watchdog_names_the_particle():
     v = runtime.get(sim.fluid.p.v, sim.fluid.p.n)
     v[5] = [70.0, 0, 0]
     runtime.put(sim.fluid.p.v, v)
-    with pytest.raises(RunStopped, match=r"fluid 'water': particle \d+ at \(.*\) mm moves at .* m/s at t = .* beyond 3 times the sound speed 20 m/s; the impact"):
+    with pytest.raises(
+        RunStopped,
+        match=r"fluid 'water': particle \d+ at \(.*\) mm moves at .* m/s at t = .* beyond 3 times the sound speed 20 m/s; the impact",
+    ):
         sim.watchdog.look(sim.energies())
     v[5] = np.nan
     runtime.put(sim.fluid.p.v, v)

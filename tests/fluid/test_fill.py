@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from taichi_sph.bodies.fluid.fill import CONTACT, fill
+from taichi_sph.bodies.fluid.said import Fluid, FluidBox, ShellFill
 from taichi_sph.errors import SceneError
-from taichi_sph.model.fill import CONTACT, fill
-from taichi_sph.model.surfaces import generate
+from taichi_sph.geometry.surfaces import generate
 from taichi_sph.scene import CappedTank, Cylinder, Numerics
-from taichi_sph.scene.fluid import Fluid, FluidBox, ShellFill
 
 D, E = 0.0125, 0.001
 CAN = Cylinder(radius=0.15, length=0.4, ends="discs", origin=(1.0, 0, 0))
@@ -39,7 +39,10 @@ def test_can(level, height, contact):
 
 
 @pytest.mark.parametrize("contact", CONTACT)
-@pytest.mark.parametrize("surface, axis, wet", [(CAN, "z", 2 * np.pi * 0.15 * 0.55), (TANK, "x", 2 * np.pi * 0.15 * (0.3 + 0.3)), (TANK, "z", 2 * np.pi * 0.15 * 0.6)])
+@pytest.mark.parametrize(
+    "surface, axis, wet",
+    [(CAN, "z", 2 * np.pi * 0.15 * 0.55), (TANK, "x", 2 * np.pi * 0.15 * (0.3 + 0.3)), (TANK, "z", 2 * np.pi * 0.15 * 0.6)],
+)
 def test_the_lattice_holds_the_volume_less_what_contact_keeps_clear(surface, axis, wet, contact):
     """A cell of the lattice reaches D/2 beyond its particle, contact keeps CONTACT D clear: (CONTACT - 1/2) D of every wall."""
     f = filled(surface, None, axis, contact)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from taichi_sph import runtime
+from taichi_sph.bodies.fluid.said import Tait, Water
 from taichi_sph.numerics.kernel import w2_slope
 from taichi_sph.runtime import ti
-from taichi_sph.scene.fluid import Tait, Water
 
 from .bodies import SPACING, body, by_id, lattice, put, run
 

@@ -4,8 +4,25 @@ import numpy as np
 import pytest
 
 from taichi_sph import runtime
-from taichi_sph.model.rigid import surface
-from taichi_sph.scene import Box, Cylinder, Fluid, FluidBox, Hole, Material, Numerics, Pinball, Plate, PrescribedVelocity, Rigid, Scene, Shell, ShellFill, Wall, Water
+from taichi_sph.bodies.rigid.pool import surface
+from taichi_sph.scene import (
+    Box,
+    Cylinder,
+    Fluid,
+    FluidBox,
+    Hole,
+    Material,
+    Numerics,
+    Pinball,
+    Plate,
+    PrescribedVelocity,
+    Rigid,
+    Scene,
+    Shell,
+    ShellFill,
+    Wall,
+    Water,
+)
 
 STEEL = Material(name="steel", young=210e9, poisson=0.3, density=7800.0)
 D = 0.0125
@@ -32,7 +49,11 @@ def plane(above: float) -> Scene:
         name="plane",
         title="particles on a plate",
         source="tests",
-        shells=[Shell(name="plate", surface=Plate(length=0.3, width=0.3, origin=(-0.15, -0.15, 0)), thickness=1e-3, material=STEEL, motion="free")],
+        shells=[
+            Shell(
+                name="plate", surface=Plate(length=0.3, width=0.3, origin=(-0.15, -0.15, 0)), thickness=1e-3, material=STEEL, motion="free"
+            )
+        ],
         motions=[PrescribedVelocity(shell="plate", where=Box(), velocity=(0, 0, 0), spin=(0, 0, 0))],
         fluids=[Fluid(name="water", fill=box, spacing=0.02, alpha=0.0, delta=0.0, velocity=(0, 0, -40.0), water=Water(tension=None))],
         duration=1e-3,
@@ -41,9 +62,9 @@ def plane(above: float) -> Scene:
 
 
 def start(scene):
-    from taichi_sph.solver.simulation import Simulation
+    from taichi_sph.world.world import World
 
-    return Simulation(scene, threads=1)
+    return World(scene, threads=1)
 
 
 def integral(d: float, h: float) -> float:
@@ -89,7 +110,15 @@ def divided(low: float, high: float):
     z = np.concatenate([-z[::-1], z])
     z = z[(z > low) & (z < high)]
     points = np.stack(np.meshgrid(*pieces, z, indexing="ij"), axis=-1).reshape(-1, 3)
-    sim = start(scene.model_copy(update={"fluids": (scene.fluids[0].model_copy(update={"fill": FluidBox(lo=(-0.06, -0.06, half), hi=(0.06, 0.06, half + d * len(z)))}),)}))
+    sim = start(
+        scene.model_copy(
+            update={
+                "fluids": (
+                    scene.fluids[0].model_copy(update={"fill": FluidBox(lo=(-0.06, -0.06, half), hi=(0.06, 0.06, half + d * len(z)))}),
+                )
+            }
+        )
+    )
     f = sim.fluid
     assert f.p.n == len(points)
     # of each place its own numbers, whatever else is there
@@ -117,7 +146,9 @@ def test_past_the_rim_of_a_plate_one_pressure_pushes_nothing():
     scene = plane(half)
     shell = scene.shells[0].model_copy(update={"surface": Plate(length=0.3, width=0.3, origin=(-0.3, -0.15, 0))})  # rim at x = 0
     fill = FluidBox(lo=(-0.1, -0.1, half), hi=(0.1, 0.1, half + 10 * d))
-    sim = start(scene.model_copy(update={"shells": (shell,), "fluids": (scene.fluids[0].model_copy(update={"fill": fill, "velocity": (0, 0, 0)}),)}))
+    sim = start(
+        scene.model_copy(update={"shells": (shell,), "fluids": (scene.fluids[0].model_copy(update={"fill": fill, "velocity": (0, 0, 0)}),)})
+    )
     f = sim.fluid
     assert f.p.n == len(points)
     runtime.put(f.p.x, points)
@@ -140,7 +171,10 @@ def test_water_does_not_see_through_a_wall():
     above = points[:, 2] > 0
     assert above.sum() == len(upper) == len(points) // 2 and np.allclose(points[above], upper)
     middle = (np.abs(upper[:, :2]) < 0.03).all(axis=1)  # the pieces end at 0.06 m, the plate at 0.15
-    print(np.abs(force[above] - alone)[middle].max() / np.abs(alone).max(), np.abs(rate[above] - rate_alone)[middle].max() / np.abs(rate_alone).max())
+    print(
+        np.abs(force[above] - alone)[middle].max() / np.abs(alone).max(),
+        np.abs(rate[above] - rate_alone)[middle].max() / np.abs(rate_alone).max(),
+    )
     assert np.abs(force[above] - alone)[middle].max() < 0.01 * np.abs(alone).max()
     assert np.abs(rate[above] - rate_alone)[middle].max() < 0.01 * np.abs(rate_alone).max()
 
@@ -149,9 +183,16 @@ def test_water_does_not_see_through_a_wall():
 def test_a_plate_between_two_waters_swings_and_nothing_comes_through(thickness):
     """Light between two heavy layers: the step of the fluid holds (fluid_body.SWING), the balance closes, no particle changes its side."""
     d, half = 0.02, 0.08
-    edges = [Box(hi=(-half + 4e-3, None, None)), Box(lo=(half - 4e-3, None, None)), Box(hi=(None, -half + 4e-3, None)), Box(lo=(None, half - 4e-3, None))]
+    edges = [
+        Box(hi=(-half + 4e-3, None, None)),
+        Box(lo=(half - 4e-3, None, None)),
+        Box(hi=(None, -half + 4e-3, None)),
+        Box(lo=(None, half - 4e-3, None)),
+    ]
     scene = plane(0.5e-3)
-    shell = scene.shells[0].model_copy(update={"surface": Plate(length=2 * half, width=2 * half, origin=(-half, -half, 0)), "thickness": thickness})
+    shell = scene.shells[0].model_copy(
+        update={"surface": Plate(length=2 * half, width=2 * half, origin=(-half, -half, 0)), "thickness": thickness}
+    )
     box = FluidBox(lo=(-half, -half, 0.5 * thickness), hi=(half, half, 0.5 * thickness + 8 * d))
     water = scene.fluids[0].model_copy(update={"fill": box, "alpha": 0.02, "velocity": (0, 0, 0)})
     walls = tuple(Wall(point=[-half * n for n in normal], normal=normal) for normal in ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)))
@@ -207,10 +248,12 @@ def test_pressure_does_the_work_that_the_density_stores(rigids, walled):
     assert np.abs(div + rate / (1 + before)).max() > 1  # surfaces do some of it
     pair = runtime.get(p.pair, p.n)
     stored = (np.abs(pair[:, 3]) ** 3 * pair[:, 7] * div).sum()
-    done = (runtime.get(p.force, p.n) * runtime.get(p.v, p.n)).sum() + (runtime.get(sim.nodes.force, sim.nodes.n) * runtime.get(sim.nodes.v, sim.nodes.n)).sum()
+    done = (runtime.get(p.force, p.n) * runtime.get(p.v, p.n)).sum() + (
+        runtime.get(sim.nodes.force, sim.nodes.n) * runtime.get(sim.nodes.v, sim.nodes.n)
+    ).sum()
     force = runtime.get(p.force, p.n).sum(axis=0) + runtime.get(sim.nodes.force, sim.nodes.n).sum(axis=0)
     if rigids:
-        from taichi_sph.model.rigid import spins
+        from taichi_sph.bodies.rigid.pool import spins
 
         push, turn = runtime.get(sim.rigids.force, 1)[0], runtime.get(sim.rigids.torque, 1)[0]
         assert np.linalg.norm(push) > 0.1  # the body is wet

@@ -178,9 +178,7 @@ def test_delay_against_a_fine_integration(a, tau_c):
     D = np.minimum(1.0, np.floor(np.linspace(0, 6, n)) / 5)
     expected, y = [], 0.0
     for target in D:
-        solution = solve_ivp(
-            lambda _, r: [(1 - np.exp(-a * max(target - r[0], 0.0))) / tau_c], (0, dt), [y], rtol=1e-11, atol=1e-13
-        )
+        solution = solve_ivp(lambda _, r: [(1 - np.exp(-a * max(target - r[0], 0.0))) / tau_c], (0, dt), [y], rtol=1e-11, atol=1e-13)
         y = solution.y[0, -1]
         expected.append(y)
     assert delayed(D, a=a, tau_c=tau_c, dt=dt) == pytest.approx(expected, abs=1e-6)
@@ -219,7 +217,7 @@ def test_a_brittle_delay_does_not_overflow(a):
     assert D_r == pytest.approx(np.minimum(0.1 * np.arange(1, 21), 1.0), abs=2.0 / a)
 
 
-# --- metals (paths through the whole law: tests/forces/test_plasticity.py) -----------------------------
+# --- metals (paths through the whole law: tests/shell/test_plasticity.py) -----------------------------
 
 
 @pytest.mark.parametrize("n", [0.05, 0.3, 1.0])

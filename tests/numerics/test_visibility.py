@@ -13,9 +13,7 @@ TOLERANCE = 1e-6
 
 
 @ti.kernel
-def _crosses(
-    ends: ti.types.ndarray(), polygon: ti.types.ndarray(), n: ti.i32, tolerance: ti.f64, result: ti.types.ndarray()
-):
+def _crosses(ends: ti.types.ndarray(), polygon: ti.types.ndarray(), n: ti.i32, tolerance: ti.f64, result: ti.types.ndarray()):
     for k in range(ends.shape[0]):
         corners = ti.Matrix.zero(ti.f64, 4, 2)
         for c in range(n):
@@ -63,9 +61,9 @@ def test_random_segments(polygon):
     t = np.linspace(0, 1, 2001)[None, :, None]
     x = ends[:, None, :2] * (1 - t) + ends[:, None, 2:] * t
     side = np.roll(polygon, -1, axis=0) - polygon
-    depth = np.min(
-        [(s[0] * (x[..., 1] - p[1]) - s[1] * (x[..., 0] - p[0])) / np.hypot(*s) for p, s in zip(polygon, side)], axis=0
-    ).max(axis=1)  # how deep inside the deepest sample lies
+    depth = np.min([(s[0] * (x[..., 1] - p[1]) - s[1] * (x[..., 0] - p[0])) / np.hypot(*s) for p, s in zip(polygon, side)], axis=0).max(
+        axis=1
+    )  # how deep inside the deepest sample lies
     clear = np.abs(depth) > 3e-3
     assert clear.sum() > 400
     assert np.array_equal(np.array(ask(ends, polygon))[clear], (depth > 0)[clear])

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_sph.model.surfaces import generate
+from taichi_sph.frame import NO_CELLS, BodyFrame, Frame
+from taichi_sph.geometry.surfaces import generate
 from taichi_sph.output.folder import RunFolder
-from taichi_sph.output.frame import NO_CELLS, BodyFrame, Frame
 from taichi_sph.output.frames import FramesWriter
 from taichi_sph.output.histories import write_history
 from taichi_sph.output.measures.pattern import cell_centres, node_spacing
@@ -26,7 +26,9 @@ PLATE_END = 8e-5  # s
 TANK, HEIGHT, CRACK, OPENING = 0.15, 0.6, 0.44, 0.012  # m
 SHOT, SHOT_SPEED, SHOT_HIT, WATER_EXIT = 0.009, 730.0, 2e-5, 88.0
 JET, LEAK = 60.0, 3.1  # m/s, l/s
-RIGID_UNITS = {"time": "s"} | dict.fromkeys("xyz", "m") | dict.fromkeys(("vx", "vy", "vz"), "m/s") | dict.fromkeys(("fx", "fy", "fz", "f_max"), "N")
+RIGID_UNITS = (
+    {"time": "s"} | dict.fromkeys("xyz", "m") | dict.fromkeys(("vx", "vy", "vz"), "m/s") | dict.fromkeys(("fx", "fy", "fz", "f_max"), "N")
+)
 LEAK_UNITS = {
     "time": "s", "escaped_mass": "kg", "escaped_count": "-", "rate": "kg/s", "jet_speed": "m/s",
     "jet_x": "-", "jet_y": "-", "jet_z": "-", "opening_area": "m2",
@@ -40,7 +42,9 @@ def steel(**changes: object) -> Material:
     )  # fmt: skip
 
 
-def shell_frame(name: str, X: np.ndarray, x: np.ndarray, v: np.ndarray, cells: np.ndarray, rupture: np.ndarray, time: float, plastic: np.ndarray) -> BodyFrame:
+def shell_frame(
+    name: str, X: np.ndarray, x: np.ndarray, v: np.ndarray, cells: np.ndarray, rupture: np.ndarray, time: float, plastic: np.ndarray
+) -> BodyFrame:
     broken = rupture <= time
     return BodyFrame(
         name, x, cells, {"reference": X, "velocity": v},
@@ -269,7 +273,18 @@ def write_tank(folder: Path, full: bool, spacing: float = 0.01, particles: float
     time = np.linspace(0, end, 400)
     x, v = np.array([shot_at(t, full) for t in time]).T
     zero = np.zeros_like(x)
-    rigid = {"time": time, "x": x, "y": zero, "z": zero, "vx": v, "vy": zero, "vz": zero, "fx": 0.031 * np.gradient(v, time), "fy": zero, "fz": zero}
+    rigid = {
+        "time": time,
+        "x": x,
+        "y": zero,
+        "z": zero,
+        "vx": v,
+        "vy": zero,
+        "vz": zero,
+        "fx": 0.031 * np.gradient(v, time),
+        "fy": zero,
+        "fz": zero,
+    }
     rigid["f_max"] = 1.25 * np.abs(rigid["fx"])
     histories = {"rigid_ball": (RIGID_UNITS, rigid)}
     if full:
@@ -303,7 +318,9 @@ def write_dam(folder: Path, spacing: float = 0.02, count: int = 6) -> RunFolder:
             "diameter": np.full(len(X), spacing), "outside": np.zeros(len(X), dtype=np.uint8),
         }  # fmt: skip
         place = np.array([[2.2, 0, 0.1]])
-        return Frame(t, step, (ball_frame("block", place, place, np.zeros(3), 0.1), BodyFrame("water", points, NO_CELLS, data, {}, "fluid")))
+        return Frame(
+            t, step, (ball_frame("block", place, place, np.zeros(3), 0.1), BodyFrame("water", points, NO_CELLS, data, {}, "fluid"))
+        )
 
     return _write(folder, scene, frame, count, {}, 0.4)
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from taichi_sph.frame import BodyFrame, Frame
 from taichi_sph.output.folder import RunFolder
-from taichi_sph.output.frame import BodyFrame, Frame
 from taichi_sph.output.frames import FramesWriter
 from taichi_sph.output.histories import write_history
 from taichi_sph.output.summary import write_summary

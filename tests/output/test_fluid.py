@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from taichi_sph.errors import SceneError
+from taichi_sph.frame import NO_CELLS, BodyFrame, Frame
 from taichi_sph.output.folder import RunFolder
-from taichi_sph.output.frame import NO_CELLS, BodyFrame, Frame
 from taichi_sph.output.frames import FramesWriter
 from taichi_sph.output.histories import write_history
 from taichi_sph.output.measures import fluid, measure
@@ -56,7 +56,9 @@ def test_pressure_of_still_water(tmp_path):
     assert measure("pressure_slope", run, {"start": 0.4, "skip": 9.2}) is None
     rest = 0.03 * np.sqrt(3 / (2 * G * 0.19))
     assert measure("restlessness", run, {"start": 0.4}) == pytest.approx(rest, rel=1e-5)
-    assert measure("layer_pressure", run, {"axis": "z", "low": 0.0, "high": D, "start": 1.0, "end": 1.0}) == pytest.approx(1.1 * p.max(), rel=1e-6)
+    assert measure("layer_pressure", run, {"axis": "z", "low": 0.0, "high": D, "start": 1.0, "end": 1.0}) == pytest.approx(
+        1.1 * p.max(), rel=1e-6
+    )
     assert measure("layer_pressure", run, {"axis": "z", "low": 2.0, "high": 3.0, "start": 0.0, "end": 1.0}) is None
     with pytest.raises(SceneError, match="option 'axis'"):
         measure("layer_pressure", run, {"axis": "w", "low": 0.0, "high": D, "start": 0.0, "end": 1.0})

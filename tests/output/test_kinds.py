@@ -22,7 +22,11 @@ def full(tmp_path_factory) -> RunFolder:
 
 def test_bodies_of_all_kinds_come_back(full) -> None:
     assert full.bodies() == ["tank", "ball", "water"]
-    assert {k: [f.name for f in full.of_kind(k)] for k in ("shell", "rigid", "fluid")} == {"shell": ["tank"], "rigid": ["ball"], "fluid": ["water"]}
+    assert {k: [f.name for f in full.of_kind(k)] for k in ("shell", "rigid", "fluid")} == {
+        "shell": ["tank"],
+        "rigid": ["ball"],
+        "fluid": ["water"],
+    }
     X = struck.lattice(0.03)
     for index, body in enumerate(full.frames("water")):
         expected = struck.water(float(full.frames().times[index]), X, 0.03, 2.1e-3)

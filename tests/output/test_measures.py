@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from taichi_sph.errors import SceneError
+from taichi_sph.frame import BodyFrame, Frame
 from taichi_sph.output.folder import RunFolder
-from taichi_sph.output.frame import BodyFrame, Frame
 from taichi_sph.output.frames import FramesWriter
 from taichi_sph.output.histories import write_history
 from taichi_sph.output.measures import MEASURES, check_quantities, cracks, measure

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from taichi_sph.errors import SceneError
-from taichi_sph.model.surfaces import generate
+from taichi_sph.geometry.surfaces import generate
 from taichi_sph.output.answer import answer
 from taichi_sph.output.folder import RunFolder
 from taichi_sph.output.histories import read_history, write_history

@@ -69,7 +69,10 @@ def test_answer(run: RunFolder) -> None:
         ("striker_speed()_delay-x0.1", "striker speed, delay-x0.1"),
         ("striker_speed(axis=x, beyond=0.0)_kappa-0", "striker speed where x = 0, kappa-0"),
         ("history_value(history=rigid_block, column=vz, time=0.0003448275862068965)", "history value of vz in block at 345 us"),
-        ("peak_time(history=probe_centre, column=v_x, start=2.02e-05, end=2.6e-05)_galerkin", "peak time of v x in centre from 20.2 us to 26 us, galerkin"),
+        (
+            "peak_time(history=probe_centre, column=v_x, start=2.02e-05, end=2.6e-05)_galerkin",
+            "peak time of v x in centre from 20.2 us to 26 us, galerkin",
+        ),
         ("frequency_ratio(mode=1.0, reference=33.52946148)_free_regular", "frequency ratio of mode 1 over 33.53, free regular"),
         ("surge_speed(axis=x, start=1.43, end=2.96)", "surge speed from 1.43 to 2.96, axis x"),
     ],
@@ -84,7 +87,15 @@ def test_answer_without_crack(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "value, unit, text",
-    [(5.62e-5, "s", "56.2 us"), (7.5e-3, "m", "7.5 mm"), (1450.0, "m/s", "1450 m/s"), (2.0, "", "2"), (None, "s", "none"), (0.0, "s", "0 s"), (1.5, "s", "1.5 s")],
+    [
+        (5.62e-5, "s", "56.2 us"),
+        (7.5e-3, "m", "7.5 mm"),
+        (1450.0, "m/s", "1450 m/s"),
+        (2.0, "", "2"),
+        (None, "s", "none"),
+        (0.0, "s", "0 s"),
+        (1.5, "s", "1.5 s"),
+    ],
 )
 def test_quantities_in_words(value: float | None, unit: str, text: str) -> None:
     assert quantity_text(value, unit) == text
@@ -125,7 +136,9 @@ def test_results(run: RunFolder, tmp_path: Path) -> None:
     assert "cannot be built" in results.stale(summaries, gone)[path.stem]
 
 
-@pytest.mark.parametrize("content, sentence", [("{", "not valid JSON"), ("[]", "not the summary"), (json.dumps({"scene": "x"}), "no 'quality'")])
+@pytest.mark.parametrize(
+    "content, sentence", [("{", "not valid JSON"), ("[]", "not the summary"), (json.dumps({"scene": "x"}), "no 'quality'")]
+)
 def test_spoiled_summaries(tmp_path: Path, content: str, sentence: str) -> None:
     (tmp_path / "x.json").write_text(content)
     with pytest.raises(SceneError, match=sentence):

@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 from taichi_sph.errors import SceneError
-from taichi_sph.output.frame import BodyFrame
+from taichi_sph.frame import BodyFrame
 from taichi_sph.render import backend, panel, pictures, plots
 from taichi_sph.scene import Collocation
 
@@ -126,7 +126,9 @@ def test_bodies_without_damage_show_speed(tmp_path: Path) -> None:
     run = write_run(tmp_path, count=1, spacing=0.002)
     assert pictures.look_of([run]).field == "damage" or run.frames().body().cell_data["damage"].max() == 0
     plate = body()
-    np.testing.assert_allclose(panel.cell_values(replace(plate, point_data={"velocity": np.full((len(plate.points), 3), 2.0)}), "speed"), 12**0.5)
+    np.testing.assert_allclose(
+        panel.cell_values(replace(plate, point_data={"velocity": np.full((len(plate.points), 3), 2.0)}), "speed"), 12**0.5
+    )
 
 
 def test_strip_covers_the_life_of_the_crack(tmp_path: Path) -> None:

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from taichi_sph.frame import NO_CELLS, BodyFrame
 from taichi_sph.output.folder import RunFolder
-from taichi_sph.output.frame import NO_CELLS, BodyFrame
 from taichi_sph.render import backend, panel, pictures, struck
 from taichi_sph.render.sheet import Shot, length_text, sheet
 

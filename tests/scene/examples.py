@@ -32,9 +32,7 @@ GOOD: dict[str, Any] = {
         }
     ],
     "forces": [{"shell": "plate", "where": {"kind": "box", "lo": [None, 0.019, None]}, "total": [0, 160, 0]}],
-    "motions": [
-        {"shell": "plate", "where": {"kind": "box", "hi": [None, 0.001, None]}, "velocity": [None, 0, None]}
-    ],
+    "motions": [{"shell": "plate", "where": {"kind": "box", "hi": [None, 0.001, None]}, "velocity": [None, 0, None]}],
     "output": {"frames": 4, "samples": 8, "checkpoints": 2},
 }
 

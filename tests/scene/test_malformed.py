@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from taichi_sph.errors import SceneError
-from taichi_sph.model.plan import plan
+from taichi_sph.run.plan import plan
 from taichi_sph.scene import load_scene
 
 from .examples import spoiled

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from taichi_sph.errors import SceneError
-from taichi_sph.model.mesh import plate
-from taichi_sph.model.meshfile import read_mesh
+from taichi_sph.geometry.mesh import plate
+from taichi_sph.geometry.meshfile import read_mesh
 
 
 def grid(nx: int = 4, ny: int = 3, d: float = 0.01) -> tuple[np.ndarray, np.ndarray]:

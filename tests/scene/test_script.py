@@ -10,8 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from taichi_sph.errors import SceneError
-from taichi_sph.model.plan import plan
 from taichi_sph.output.measures import check_quantities
+from taichi_sph.run.plan import plan
 from taichi_sph.scene import Scene, Study, derive, dump, load, load_scene, parameters_of
 
 from .examples import GOOD, spoiled

@@ -36,7 +36,9 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("kind", "value", "si"), CASES, ids=lambda v: str(v) if isinstance(v, (str, int, float)) else v.__metadata__[-1].dimension)
+@pytest.mark.parametrize(
+    ("kind", "value", "si"), CASES, ids=lambda v: str(v) if isinstance(v, (str, int, float)) else v.__metadata__[-1].dimension
+)
 def test_values(kind, value, si):
     assert TypeAdapter(kind).validate_python(value) == pytest.approx(si, rel=1e-14)
 

@@ -74,9 +74,7 @@ def _accepted(name: str, options: Mapping[str, object]) -> tuple[Measure, str]:
     if name not in MEASURES:
         raise SceneError(f"there is no measure '{name}'{nearest(name, MEASURES)}")
     function, unit = MEASURES[name]
-    keywords = {
-        n: p for n, p in inspect.signature(function).parameters.items() if p.kind is inspect.Parameter.KEYWORD_ONLY
-    }
+    keywords = {n: p for n, p in inspect.signature(function).parameters.items() if p.kind is inspect.Parameter.KEYWORD_ONLY}
     for option, value in options.items():
         if option not in keywords:
             raise SceneError(f"measure '{name}' has no option '{option}'{nearest(option, keywords)}")

@@ -123,16 +123,12 @@ def tip_history(p: Pattern, samples: int = 200) -> TipHistory | None:
 # --- the measures -------------------------------------------------------------------------------
 
 
-def branch_count(
-    run: RunFolder, scene: Scene, *, body: str | None = None, cut: int = 0, station: float | None = None
-) -> float:
+def branch_count(run: RunFolder, scene: Scene, *, body: str | None = None, cut: int = 0, station: float | None = None) -> float:
     """Branches of the crack near its end, or `station` metres ahead of the cut's tip. 0: no crack."""
     return float(count_branches(body_pattern(run, scene, body, cut), station))
 
 
-def edge_arrival(
-    run: RunFolder, scene: Scene, *, body: str | None = None, cut: int = 0, within: float = 1.0
-) -> float | None:
+def edge_arrival(run: RunFolder, scene: Scene, *, body: str | None = None, cut: int = 0, within: float = 1.0) -> float | None:
     """Time [s] at which the crack comes within `within` spacings of the last row of cells; None: never."""
     p = body_pattern(run, scene, body, cut)
     return passing_time(p, p.far - (0.501 + within) * p.spacing)
@@ -150,9 +146,7 @@ def tip_speed_max(run: RunFolder, scene: Scene, *, body: str | None = None, cut:
     return None if tip is None else float(tip.speed.max())
 
 
-def asymmetry(
-    run: RunFolder, scene: Scene, *, body: str | None = None, cut: int = 0, within: float = 1.0
-) -> float | None:
+def asymmetry(run: RunFolder, scene: Scene, *, body: str | None = None, cut: int = 0, within: float = 1.0) -> float | None:
     """Share (0 to 1) of the crack's cells without a broken cell within `within` spacings of their mirror
     image about the body's mid-line along the cut; None without a crack."""
     p = body_pattern(run, scene, body, cut)
@@ -182,9 +176,7 @@ def crack_start(run: RunFolder, scene: Scene, *, body: str | None = None, cut: i
     return float(p.linked[p.crack].min()) if p.crack.sum() >= SMALL else None
 
 
-def crack_length(
-    run: RunFolder, scene: Scene, *, body: str | None = None, cut: int = 0, how: str = "straight"
-) -> float:
+def crack_length(run: RunFolder, scene: Scene, *, body: str | None = None, cut: int = 0, how: str = "straight") -> float:
     """Length [m] of the crack: "straight", the distance from the cut's tip to its farthest cell; "longest", the longest
     path through linked broken cells of any surface, from a cut or not; "total", the sum of these over all cracks."""
     if how not in ("straight", "longest", "total"):

@@ -10,9 +10,9 @@ import math
 import numpy as np
 
 from ...errors import SceneError
+from ...frame import BodyFrame
 from ...scene import Scene
 from ..folder import RunFolder
-from ..frame import BodyFrame
 from ..frames import FramesFile
 from .perforation import of, striker_names
 

@@ -19,9 +19,9 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
 from ...errors import SceneError
+from ...frame import BodyFrame
 from ...scene import Scene, Shell
 from ..folder import RunFolder
-from ..frame import BodyFrame
 from ..histories import write_history
 from .pattern import LINK, SMALL, cell_centres, node_spacing
 

@@ -15,8 +15,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from ...frame import BodyFrame
 from ...scene import Cut
-from ..frame import BodyFrame
 
 LINK = 2.1  # spacings between the centres of two broken cells that belong together (one sound cell between)
 SEED = 3.0  # spacings from a cut within which a crack counts as starting from it

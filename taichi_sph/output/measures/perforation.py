@@ -97,9 +97,7 @@ def striker_energy_lost(run: RunFolder, scene: Scene, *, striker: str | None = N
     return float(0.5 * mass * (v[0] ** 2 - v[-1] ** 2)) if len(v) else 0.0
 
 
-def peak_force(
-    run: RunFolder, scene: Scene, *, striker: str | None = None, start: float = 0.0, end: float = math.inf
-) -> float | None:
+def peak_force(run: RunFolder, scene: Scene, *, striker: str | None = None, start: float = 0.0, end: float = math.inf) -> float | None:
     """Largest force of contact and water [N] on a rigid body of all steps between `start` and `end` [s], both within a sample."""
     history = of(run, striker)
     inside = history["f_max"][(history.time >= start) & (history.time <= end)]

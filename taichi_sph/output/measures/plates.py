@@ -31,9 +31,7 @@ def _moved(run: RunFolder, body: str | None, point: tuple[float, float, float], 
     return at_point(frame.reference, frame.points - frame.reference, np.asarray(point))
 
 
-def displacement(
-    run: RunFolder, scene: Scene, *, x: float, y: float, z: float = 0.0, axis: str = "z", body: str | None = None
-) -> float:
+def displacement(run: RunFolder, scene: Scene, *, x: float, y: float, z: float = 0.0, axis: str = "z", body: str | None = None) -> float:
     """Displacement [m] along `axis` at the end, of the point (x, y, z) [m] of the reference."""
     if axis not in ("x", "y", "z"):
         raise SceneError(f"option 'axis' is 'x', 'y' or 'z', not {axis!r}")

@@ -30,9 +30,7 @@ def history_value(run: RunFolder, scene: Scene, *, history: str, column: str, ti
     return float(np.interp(time, found.time, values))
 
 
-def history_peak(
-    run: RunFolder, scene: Scene, *, history: str, column: str, start: float = 0.0, end: float = math.inf
-) -> float | None:
+def history_peak(run: RunFolder, scene: Scene, *, history: str, column: str, start: float = 0.0, end: float = math.inf) -> float | None:
     """Largest absolute value of a column between `start` and `end` [s]; None without a sample there."""
     found = run.history(history)
     values = found[column][(found.time >= start) & (found.time <= end)]
@@ -66,9 +64,7 @@ def pulse_return(
     return float(now / amplitude(0))
 
 
-def history_mean(
-    run: RunFolder, scene: Scene, *, history: str, column: str, start: float = 0.0, end: float = math.inf
-) -> float | None:
+def history_mean(run: RunFolder, scene: Scene, *, history: str, column: str, start: float = 0.0, end: float = math.inf) -> float | None:
     """Mean over time of a column between `start` and `end` [s]; None without two samples there."""
     found = run.history(history)
     inside = (found.time >= start) & (found.time <= end)
@@ -76,9 +72,7 @@ def history_mean(
     return float(np.trapezoid(values, t) / (t[-1] - t[0])) if len(t) > 1 else None
 
 
-def history_period(
-    run: RunFolder, scene: Scene, *, history: str, column: str, start: float = 0.0, end: float = math.inf
-) -> float | None:
+def history_period(run: RunFolder, scene: Scene, *, history: str, column: str, start: float = 0.0, end: float = math.inf) -> float | None:
     """Mean period [s] of a column's swings about its mean between `start` and `end` [s], by its upward crossings; None with fewer than two."""
     found = run.history(history)
     inside = (found.time >= start) & (found.time <= end)

@@ -1,0 +1,231 @@
+"""One fluid in the leap-frog of the shell (world/step.py): v at half steps, x and density at full ones.
+
+    rates()            pressure, force f_n, density rate at x_n; the lists first, where they are worn out
+    (contact)          writes push_n
+    kick_and_drift()   v_n+1/2 = v_n-1/2 + dt_n (f_n + push_n) / m, walls, x_n+1 = x_n + dt v_n+1/2
+
+A wall is a pinball's: the normal velocity at the half step may close the gap to D/2 and no more (T 3.8 with a gap).
+Energies belong to time n as in step.py; gravity's work is that of a potential, exactly.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ... import runtime
+from ...couplings.wetted.wetted import Wettable, Wetted
+from ...numerics.neighbours import Neighbours
+from ...numerics.reduce import Reducer
+from .motion import drift, stored_energy
+from .packing import even_out
+from .pairs import FluidPairs
+from .pool import FluidParticles
+from .said import ShellFill
+from .walls import Walls
+
+LIMIT = 0.515  # h / c: the step that is stable with alpha up to 1.5 (docs/method.md)
+ALONG = 1.22  # 1 / gamma of a layer at D/2 (couplings/wetted/wetted.py): so much faster it swings along the wall
+STIFF, SWING = (
+    1.41,
+    0.64,
+)  # (2 D w)^2 of a layer at D/4, where pinballs stop it (couplings/wetted/wetted.py); omega dt, some room below 0.70
+
+
+@dataclass(frozen=True)
+class Constants:
+    """What the pass has to know of a fluid."""
+
+    density: float  # kg/m3
+    sound: float  # m/s
+    gamma: float  # Tait's; 0: acoustic
+    least: float  # Pa
+    support: float  # h / D
+    alpha: float
+    beta: float
+    delta: float
+
+    @property
+    def stiffness(self) -> float:
+        """rho_0 c^2 [Pa]."""
+        return self.density * self.sound**2
+
+
+class FluidBody:
+    """A Fluid of the scene at work. `p` the pool (x, v, mass, force, push, id), `near` cells and lists."""
+
+    def __init__(
+        self,
+        fluid,
+        points: np.ndarray,
+        spacing: float,
+        mass: float,
+        gravity=(0.0, 0.0, 0.0),
+        walls=(),
+        skin: float = 0.15,
+        wettable: Wettable | None = None,
+    ):
+        """fluid: scene.Fluid; points (N, 3) [m], spacing D_0 [m] and mass [kg] of one particle: bodies.fluid.fill.Filling;
+        gravity [m/s2]; walls: scene.Wall; skin of the lists in spacings; wettable: the shell and the bodies that its
+        pressure acts on."""
+        water = fluid.water
+        self.name, self.fluid = fluid.name, fluid
+        self.water = Constants(
+            water.density, water.sound, getattr(water.law, "gamma", 0.0), -1e301 if water.tension is None else -water.tension,
+            fluid.support, fluid.alpha, fluid.beta, fluid.delta,
+        )  # fmt: skip
+        self.gravity = np.asarray(gravity, float)
+        self.sorts = 0
+        self.p = p = FluidParticles(fluid.name, points, mass, spacing)
+        self.skin = skin * spacing
+        # 1e-3: supports grow by that at s = -0.3 %; of water torn further apart the lists may miss pairs at the very rim,
+        # where W' is below 3e-5 of its largest value, on both sides alike
+        reach = 2.0 * fluid.support * spacing * (1.0 + 1e-3) + self.skin
+        self.near = Neighbours(fluid.name, p.x, p.n, reach, spacing, np.array([points.min(axis=0), points.max(axis=0)]))
+        self.walls = Walls(fluid.name, walls)
+        origin = points.mean(axis=0)
+        self.wet = None
+        if wettable is not None:
+            self.wet = Wetted(wettable, p, fluid.support, origin, self.walls)
+        self.pairs = FluidPairs(p, self.near, self.water, self.walls, self.gravity, origin, self.wet)
+        if self.wet is not None and isinstance(fluid.fill, ShellFill):
+            self.sort()
+            points = even_out(self, fluid.fill.axis, fluid.fill.level)
+            runtime.put(p.x, points)
+            runtime.put(p.id, np.arange(p.n, dtype=np.int32))
+        self.start = points  # (N, 3) m
+        self.reducer = Reducer(p.n)
+        v = np.tile(np.asarray(fluid.velocity, float), (p.n, 1))
+        runtime.put(p.v, v)
+        if fluid.hydrostatic and self.gravity.any():
+            depth = points @ (self.gravity / np.linalg.norm(self.gravity))
+            pressure = water.density * np.linalg.norm(self.gravity) * (depth - depth.min() + 0.5 * spacing)
+            runtime.put(p.s, self.compression(pressure))
+        self.compressed = self.stored()  # J, at t = 0
+        self.injected = 0.5 * mass * float((v**2).sum()) + self.compressed  # J
+        self.fallen_from, self.dt = self._potential(0.0), 0.0
+        self.sort()
+        if self.wet is not None:
+            self.wet.renew()
+            self.pairs.mark()
+
+    def compression(self, pressure: np.ndarray) -> np.ndarray:
+        """s of a pressure [Pa] (NumPy; the law itself is in laws/)."""
+        w = self.water
+        if w.gamma == 0.0:
+            return pressure / w.stiffness
+        return np.expm1(np.log1p(w.gamma * pressure / w.stiffness) / w.gamma)
+
+    def pressure(self) -> np.ndarray:
+        """(N,) p [Pa] that the density gives."""
+        w, s = self.water, runtime.get(self.p.s, self.p.n).astype(float)
+        p = w.stiffness * s if w.gamma == 0.0 else w.stiffness / w.gamma * np.expm1(w.gamma * np.log1p(s))
+        return np.maximum(p, w.least)
+
+    def sort(self) -> None:
+        """The particles in the order of their cells, and their lists."""
+        self.near.order()
+        self.p.reorder(self.near.source)
+        self.near.list()
+        self.sorts += 1
+
+    def rates(self, dt_before: float, dt: float, times: int = 1) -> bool:
+        """Forces and density rates at the positions now; True when the particles were put in another order.
+
+        dt_before led here (0 at the start), dt will lead on, in `times` steps of the shell.
+        """
+        moved, _ = self.near.moved()
+        worn = moved >= self.skin
+        if worn:
+            self.sort()
+        if self.wet is not None and self.wet.follow(worn, dt_before if times > 1 else 0.0):
+            self.pairs.mark()
+        self.pairs.pack(dt_before)
+        self.pairs.act(dt_before, dt, times)
+        return worn
+
+    def kick_and_drift(self, dt_before: float, dt: float, pushed: bool = False) -> None:
+        """v to the next half step, x to the next full one. pushed: contact has written p.push."""
+        drift(self.p, self.walls, self.p.n, dt_before, dt, self.p.spacing, int(pushed))
+        self.dt = dt
+
+    def stable_dt(self) -> float:
+        """Largest stable step [s] (before any safety): LIMIT h / (c + |v|), shorter where a light shell swings against its water.
+
+        A body of mass m per area between two layers of water swings with omega = c/D sqrt(STIFF (1 + 2 rho D / m)); the one pass of
+        fluid_pairs is stable up to omega dt = 0.70 (docs/method.md, 11)."""
+        pace = self.p.spacing / (self.water.sound + self.fastest())
+        longest = LIMIT * self.water.support * pace
+        if self.wet is not None:
+            longest = min(
+                longest / ALONG, SWING * pace / math.sqrt(STIFF * (1.0 + 2.0 * self.water.density * self.p.spacing / self.wet.lightest))
+            )
+        return longest
+
+    def fastest(self) -> float:
+        """Largest speed [m/s]; inf when a velocity is not finite."""
+        return self.reducer.largest(self.p.v, self.p.n)
+
+    def stored(self) -> float:
+        """Energy of compression [J]."""
+        return stored_energy(self.pairs, self.reducer)
+
+    def energies(self) -> dict[str, float]:
+        """Ledger [J] at the time of the last rates(), as in world/ledger.py. Their sum is kept:
+        kinetic + elastic + viscous + diffused + lag = external + injected."""
+        total, p = self.reducer.total, self.p
+        external = total(p.work, p.n) + self._potential(self.dt) - self.fallen_from
+        return {
+            "kinetic": total(p.kinetic, p.n),
+            "elastic": self.stored(),
+            "viscous": total(p.viscous, p.n),
+            "diffused": total(p.diffused, p.n),
+            "lag": total(p.lag, p.n),
+            "external": external,
+            "injected": self.injected,
+        }
+
+    def _potential(self, dt: float) -> float:
+        """Work that gravity has done since x = 0 [J], dt before the positions now."""
+        if not self.gravity.any():
+            return 0.0
+        p = self.p
+        x = runtime.get(p.x, p.n) - dt * runtime.get(p.v, p.n)
+        return float(p.one * (x @ self.gravity).sum())
+
+    def state(self) -> dict[str, np.ndarray]:
+        """All that is history: lists are made again from the positions that they were made from."""
+        p, near = self.p, self.near
+        return {
+            f"{self.name}.numbers": np.array([self.dt, self.injected, self.fallen_from, self.compressed, self.sorts, near.width]),
+            f"{self.name}.built": runtime.get(near.built, p.n),
+            **{f"{self.name}.{name}": runtime.get(field, p.n) for name, field in p.history.items()},
+            **({} if self.wet is None else self.wet.state()),
+        }
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        """Continue exactly from `state()`."""
+        p, near = self.p, self.near
+        self.dt, self.injected, self.fallen_from, self.compressed = (float(x) for x in state[f"{self.name}.numbers"][:4])
+        self.sorts = int(state[f"{self.name}.numbers"][4])
+        runtime.put(p.x, np.asarray(state[f"{self.name}.built"]))
+        near.order()  # the particles stand in this order already: it only counts the cells
+        near.list()
+        for name, field in p.history.items():
+            runtime.put(field, np.asarray(state[f"{self.name}.{name}"]))
+        if self.wet is not None:
+            self.wet.restore(state)
+            self.pairs.mark()
+
+    def frame(self) -> dict[str, np.ndarray]:
+        """points (N, 3) [m], velocity [m/s], pressure [Pa], density [kg/m3], in the order of the start."""
+        p = self.p
+        back = np.argsort(runtime.get(p.id, p.n))
+        return {
+            "points": runtime.get(p.x, p.n)[back],
+            "velocity": runtime.get(p.v, p.n)[back].astype(np.float64),
+            "pressure": self.pressure()[back],
+            "density": self.water.density * (1.0 + runtime.get(p.s, p.n)[back].astype(np.float64)),
+        }

@@ -1,0 +1,266 @@
+"""Where the particles of a fluid stand at the start: a cubic lattice in a box or in a closed shell. NumPy only.
+
+In a shell the lattice is centred on its axis and starts at the distance that CONTACT says, and e/2, above its bottom; its layers fit the
+level. It keeps the points that lie inside (a ray along the axis crosses the surface an odd number of times above them) and not more than
+D/2 nearer to it than that, and moves those that are nearer away from the wall to it. So a round wall leaves as much of its lattice out as in: the
+water is neither packed nor loose, and keeps its level when it settles. mass = rho_0 volume / N, and D_0 = (volume / N)^(1/3), with the volume the true one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import SceneError
+from ...geometry.mesh import SurfaceMesh
+from ...scene.schema import Scene
+from ...scene.surfaces import CappedTank, Cylinder
+from .said import Fluid, FluidBox
+
+AXES = {"x": 0, "y": 1, "z": 2}
+CONTACT = {None: 0.5, "pinballs": 0.74}  # of D_0: where a particle stands at a sound shell (docs/method.md)
+PITCHES = tuple(1 + 0.01 * k for k in (0, -1, 1, -2, 2, -3, 3, -4, 4, -5, 5))  # of D: tried until the lattice holds what it should
+ENOUGH, FEW = 0.01, 20_000  # ... to this; above so many particles a row of them does not matter
+CLOSER = 1e-6  # of D: nearer to a wall than this below its distance is rounding
+
+
+@dataclass(frozen=True)
+class Filling:
+    """points (N, 3) [m]; volume [m3] that they stand for; spacing D_0 [m]; lattice [m]; mass of one [kg]."""
+
+    points: np.ndarray
+    volume: float
+    lattice: float
+    density: float
+
+    @property
+    def spacing(self) -> float:
+        return float(np.cbrt(self.volume / len(self.points)))
+
+    @property
+    def mass(self) -> float:
+        return self.density * self.volume / len(self.points)
+
+    @property
+    def sentence(self) -> str:
+        """For the log: how many, and what the lattice left out."""
+        taken = len(self.points) * self.lattice**3 / self.volume
+        return (
+            f"{len(self.points)} particles of {1e3 * self.spacing:.4g} mm, {self.density * self.volume:.6g} kg;"
+            f" the lattice alone would hold {100 * taken:.2f} % of that"
+        )
+
+
+def fill_fluid(fluid: Fluid, scene: Scene, mesh: SurfaceMesh | None) -> Filling:
+    """The particles of a fluid of a scene; mesh: of its shell, where it has one."""
+    name = getattr(fluid.fill, "shell", None)
+    if name is None:
+        return fill(fluid, scene.numerics.spacing)
+    shell = next(s for s in scene.shells if s.name == name)
+    return fill(fluid, scene.numerics.spacing, mesh, shell.thickness, shell.surface)
+
+
+def fill(fluid: Fluid, spacing: float, mesh: SurfaceMesh | None = None, thickness: float = 0.0, surface=None) -> Filling:
+    """The particles of a fluid. mesh, thickness [m], surface: of the shell that it fills (surface: as the scene has it)."""
+    d = fluid.spacing or spacing
+    if isinstance(fluid.fill, FluidBox):
+        lo, hi = np.array(fluid.fill.lo), np.array(fluid.fill.hi)
+        n = np.maximum(1, np.round((hi - lo) / d).astype(int))
+        return Filling(_lattice(lo + 0.5 * (hi - lo) / n, (hi - lo) / n, n), fluid.fill.volume, d, fluid.water.density)
+    if (mesh.edges.sides[:, 1] < 0).any():
+        raise SceneError(f"fluid '{fluid.name}': shell '{fluid.fill.shell}' is open, so it has no inside to fill; close it")
+    axis = AXES[fluid.fill.axis]
+    turn = [(axis + 1) % 3, (axis + 2) % 3, axis]
+    triangles = _triangles(mesh)[:, :, turn]
+    low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+    top = high[2] - 0.5 * thickness
+    level = top if fluid.fill.level is None else fluid.fill.level
+    if level > top * (1 + 1e-9) + 1e-9 * d or level <= low[2] + 0.5 * thickness:
+        raise SceneError(
+            f"fluid '{fluid.name}': level {level:g} m lies outside the shell '{fluid.fill.shell}', whose inside reaches"
+            f" from {low[2] + 0.5 * thickness:g} to {top:g} m along {fluid.fill.axis}"
+        )
+    volume = _revolved(surface, thickness, fluid.fill.axis, level)
+    if volume is None:
+        volume = _measured(triangles, thickness, level, d)
+    clear = CONTACT[fluid.contact]
+    wanted = max(volume - (clear - 0.5) * d * _area(triangles[triangles[:, :, 2].mean(axis=1) < level]), d**3)
+    best = np.inf
+    for pitch in PITCHES:
+        there, cell = _lattice_in(triangles, d * pitch, low, high, level, thickness, clear)
+        found = abs(len(there) * cell / wanted - 1)
+        if found < best:
+            points, lattice, best = there, float(np.cbrt(cell)), found
+        if best < ENOUGH or volume > FEW * d**3:
+            break
+    if len(points) == 0:
+        raise SceneError(f"fluid '{fluid.name}': no particle of {d:g} m fits into the shell '{fluid.fill.shell}'; lower its spacing")
+    return Filling(points[:, np.argsort(turn)], volume, lattice, fluid.water.density)
+
+
+def _lattice_in(
+    triangles: np.ndarray, d: float, low: np.ndarray, high: np.ndarray, level: float, thickness: float, clear: float
+) -> tuple[np.ndarray, float]:
+    """The points of a lattice of spacing d (upright: what fits the level) in a closed surface, `clear` d off its walls, and the volume of
+    its cell [m3]."""
+    margin = clear * d + 0.5 * thickness
+    least = max(margin - 0.5 * d, 0.5 * thickness)  # on a round wall
+    n = np.floor((high - low - 2 * least) / d + 1 + 1e-6).astype(int)
+    room = level - 0.5 * d - low[2] - margin  # between the lowest and the highest layer
+    n[2] = int(np.round(room / d)) + 1
+    if (n < 1).any() or room < -1e-6 * d:
+        return np.zeros((0, 3)), d**3
+    step = np.array([d, d, room / (n[2] - 1) if n[2] > 1 else d])
+    first = np.append(0.5 * (low + high - (n - 1) * d)[:2], low[2] + margin)
+    points = _lattice(first, step, n)
+    points = points[_inside(points, triangles)]
+    away = _away(points, triangles, margin)
+    keep = np.linalg.norm(away, axis=1) > least - CLOSER * d
+    return _moved_off(points[keep], away[keep], triangles, margin), float(step.prod())
+
+
+def _area(triangles: np.ndarray) -> float:
+    """[m2]"""
+    return float(0.5 * np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1).sum())
+
+
+def _lattice(first: np.ndarray, step: np.ndarray, n: np.ndarray) -> np.ndarray:
+    """(N, 3) points first + step * k, the last axis slowest."""
+    z, y, x = np.meshgrid(*(np.arange(k) for k in n[::-1]), indexing="ij")
+    return first + step * np.column_stack([x.ravel(), y.ravel(), z.ravel()])
+
+
+def _triangles(mesh: SurfaceMesh) -> np.ndarray:
+    """(T, 3, 3) corners; a quadrangle gives two."""
+    c = mesh.cells
+    four = c[c[:, 3] >= 0]
+    return mesh.points[np.concatenate([c[:, :3], four[:, [0, 2, 3]]])]
+
+
+def _crossings(xy: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Where vertical lines through xy (C, 2) cross the triangles: number of the line, height [m]."""
+    order = np.argsort(xy[:, 0], kind="stable")
+    x = xy[order, 0]
+    lo, hi = triangles[:, :, :2].min(axis=1), triangles[:, :, :2].max(axis=1)
+    start, stop = np.searchsorted(x, lo[:, 0]), np.searchsorted(x, hi[:, 0], side="right")
+    lines, heights = [np.zeros(0, int)], [np.zeros(0)]
+    for part in np.array_split(np.arange(len(triangles)), max(1, int((stop - start).sum() // 4_000_000) + 1)):
+        count = (stop - start)[part]
+        t = np.repeat(part, count)
+        line = order[np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + np.repeat(start[part], count)]
+        p = xy[line]
+        near = (p[:, 1] >= lo[t, 1]) & (p[:, 1] <= hi[t, 1])
+        t, line, p = t[near], line[near], p[near]
+        a, b, c = (triangles[t, k] for k in range(3))
+        u, v, w = b[:, :2] - a[:, :2], c[:, :2] - a[:, :2], p - a[:, :2]
+        area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+        area[area == 0] = np.inf  # stands upright: no line through it but at its edge
+        l1, l2 = (w[:, 0] * v[:, 1] - w[:, 1] * v[:, 0]) / area, (u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0]) / area
+        hit = (l1 >= 0) & (l2 >= 0) & (l1 + l2 <= 1) & np.isfinite(area)
+        lines.append(line[hit])
+        heights.append((a[:, 2] + l1 * (b[:, 2] - a[:, 2]) + l2 * (c[:, 2] - a[:, 2]))[hit])
+    return np.concatenate(lines), np.concatenate(heights)
+
+
+def _inside(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """(N,) whether each point of a lattice is inside. The lines are moved a hair aside, off edges and corners."""
+    size = np.ptp(triangles, axis=(0, 1)).max()
+    columns, column = np.unique(points[:, :2], axis=0, return_inverse=True)
+    line, height = _crossings(columns + size * np.array([1.234e-7, 0.777e-7]), triangles)
+    order = np.lexsort((height, line))
+    line, height = line[order], height[order]
+    # how many crossings of its line lie above a point: by one search in (line, height) laid end to end
+    far = 4 * (np.abs(height).max(initial=0) + np.abs(points[:, 2]).max() + size)
+    below = np.searchsorted(line * far + height, column.ravel() * far + points[:, 2])
+    end = np.searchsorted(line, column.ravel(), side="right")
+    return (end - below) % 2 == 1
+
+
+def _moved_off(points: np.ndarray, away: np.ndarray, triangles: np.ndarray, margin: float) -> np.ndarray:
+    """The points, those that stand nearer to a wall than `margin` moved off it; in corners one wall after the other."""
+    points, near = points.copy(), np.arange(len(points))
+    for _ in range(4):
+        distance = np.linalg.norm(away, axis=1)
+        short = (distance < margin * (1 - 1e-9)) & (distance > 0)
+        near, away, distance = near[short], away[short], distance[short]
+        points[near] += (margin / distance - 1)[:, None] * away
+        away = _away(points[near], triangles, margin)
+    return points
+
+
+def _away(points: np.ndarray, triangles: np.ndarray, reach: float) -> np.ndarray:
+    """(N, 3) way from the nearest triangle to each point [m]; beyond `reach` only its length counts: infinite."""
+    from scipy.spatial import cKDTree
+
+    centre = triangles.mean(axis=1)
+    radius = np.linalg.norm(triangles - centre[:, None], axis=2).max()
+    tree = cKDTree(centre)
+    result = np.full(points.shape, np.inf)
+    close = np.nonzero(tree.query(points)[0] < reach + radius)[0]
+    for part in np.array_split(close, max(1, len(close) // 20_000)):
+        lists = tree.query_ball_point(points[part], reach + radius)
+        count = np.array([len(k) for k in lists])
+        if not count.sum():
+            continue
+        t = np.concatenate([np.asarray(k, int) for k in lists])
+        i = np.repeat(part, count)
+        away = points[i] - _feet(points[i], triangles[t])
+        order = np.lexsort((np.linalg.norm(away, axis=1), i))
+        i, away = i[order], away[order]
+        first = np.append(True, i[1:] != i[:-1])
+        result[i[first]] = away[first]
+    return result
+
+
+def _feet(p: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """(K, 3) points of triangles (K, 3, 3) nearest to points: the foot on the plane where it lies inside, else on a side."""
+    a, u, v = t[:, 0], t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]
+    w = p - a
+    normal = np.cross(u, v)
+    square = np.einsum("ki,ki->k", normal, normal)
+    l2 = np.einsum("ki,ki->k", np.cross(u, w), normal) / square
+    l1 = np.einsum("ki,ki->k", np.cross(w, v), normal) / square
+    result = a + l1[:, None] * u + l2[:, None] * v
+    found = np.linalg.norm(p - result, axis=1)
+    found[(l1 < 0) | (l2 < 0) | (l1 + l2 > 1)] = np.inf
+    for k in range(3):
+        start, side = t[:, k], t[:, (k + 1) % 3] - t[:, k]
+        along = np.einsum("ki,ki->k", p - start, side) / np.einsum("ki,ki->k", side, side)
+        foot = start + np.clip(along, 0, 1)[:, None] * side
+        distance = np.linalg.norm(p - foot, axis=1)
+        result[distance < found] = foot[distance < found]
+        found = np.minimum(found, distance)
+    return result
+
+
+def _revolved(surface, thickness: float, axis: str, level: float) -> float | None:
+    """Volume inside a tank up to a level along its own axis [m3], by its radius over the height; None for other bodies."""
+    if not isinstance(surface, (Cylinder, CappedTank)) or surface.axis != axis:
+        return None
+    half = surface.half_angle if isinstance(surface, CappedTank) else 0.0
+    bottom, e = surface.origin[AXES[axis]], 0.5 * thickness
+    R = surface.radius - e
+    sphere = surface.radius / np.sin(half) if half > 0 else 0.0  # radius of the domes
+    cap = sphere * (1 - np.cos(half)) if half > 0 else 0.0
+    start, stop = bottom - cap + e, min(level, bottom + surface.length + cap - e)
+    z = start + (stop - start) * (np.arange(200_000) + 0.5) / 200_000
+    outside = np.maximum(np.maximum(bottom - z, z - bottom - surface.length), 0.0)  # height above the rim, in a dome
+    square = np.full_like(z, R * R)
+    if half > 0:
+        dome = np.maximum((sphere - e) ** 2 - (sphere * np.cos(half) + outside) ** 2, 0.0)
+        square = np.where(outside > 0, np.minimum(square, dome), square)
+    return float(np.pi * square.mean() * (stop - start))
+
+
+def _measured(triangles: np.ndarray, thickness: float, level: float, d: float) -> float:
+    """Volume inside a mesh up to a level [m3], by lines D/4 apart, less the half of the walls that stands inside."""
+    low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+    n = np.ceil((high - low)[:2] / (0.25 * d)).astype(int)
+    step = (high - low)[:2] / n
+    x, y = np.meshgrid(*(low[c] + step[c] * (np.arange(n[c]) + 0.5001) for c in range(2)))
+    line, height = _crossings(np.column_stack([x.ravel(), y.ravel()]), triangles)
+    order = np.lexsort((height, line))
+    inside = np.minimum(height[order], level + 0.5 * thickness)  # in at odd crossings, out at even ones
+    volume = float(step.prod() * np.sum(inside[1::2] - inside[::2]))
+    return volume - 0.5 * thickness * _area(triangles[triangles.mean(axis=1)[:, 2] < level])

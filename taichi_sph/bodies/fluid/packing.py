@@ -1,0 +1,77 @@
+"""A filling made even before the run: moved until a uniform pressure would leave every particle where it is.
+
+A lattice in a round vessel is uneven along the wall; under load it would pack, and the level sink. Here each particle
+follows
+
+    b_i = 1/2 sum_j V_j (T_i + T_j) grad_i W_ij - w_i,      x_i <- x_i - RATE D^2 b_i, by D/20 at most,
+
+the force of a uniform pressure with its sign (as the transport velocity of Adami et al. 2013), T_i and w_i those of
+wetted.py. Below a free level nothing moves along the axis, for there b is not zero.
+"""
+
+import numpy as np
+
+from ... import runtime
+from ...numerics.kernel import w2_slope
+from ...runtime import ti
+from .pairs import along
+
+RATE, FARTHEST = 0.25, 0.05  # of D^2 b, of D
+ENOUGH, MOST = 4e-3, 40  # of D: the largest move of a round that is small enough; rounds at most
+NEAR = 1.2  # |w| over 1 / 2h where a particle is 0.4 D off an even wall
+
+
+def even_out(body, axis: str, level: float | None) -> np.ndarray:
+    """(N, 3) places of the particles of a FluidBody that fills a shell up to `level` [m] along `axis` (None: to the top)."""
+    p, near, pairs = body.p, body.near, body.pairs
+    h = body.water.support * p.spacing
+    up = np.eye(3)["xyz".index(axis)]
+    top = np.inf if level is None else level - 2.1 * h
+    for _ in range(MOST):
+        if near.moved()[0] >= body.skin:
+            body.sort()
+        body.wet.follow(True)
+        pairs.pack(0.0)
+        farthest = _move(pairs, near.near, p.n, near.width, 0.5 / h, ti.Vector([*up], ti.f64), top)
+        if farthest < ENOUGH * p.spacing:
+            break
+    order = np.argsort(runtime.get(p.id, p.n))
+    return runtime.get(p.x, p.n)[order]
+
+
+@ti.kernel
+def _move(
+    t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32, inverse_0: float,
+    up: ti.types.vector(3, ti.f64), top: ti.f64,
+) -> ti.f64:  # fmt: skip
+    farthest = ti.cast(0.0, ti.f64)
+    for i in range(n):
+        a = t.p.pair[i]
+        x = ti.Vector([a[0], a[1], a[2]])
+        b = x * 0.0
+        D = t.p.spacing
+        for m in range(i * width, i * width + t.near.number[i]):
+            j = near[m]
+            y = x - ti.Vector([t.p.pair[j][0], t.p.pair[j][1], t.p.pair[j][2]])
+            felt = y
+            if a[3] < 0.0:
+                felt += 0.5 * along(t.wet.side[i], y)
+            if t.p.pair[j][3] < 0.0:
+                felt += 0.5 * along(t.wet.side[j], y)
+            b += D * D * D * w2_slope(y.norm(), inverse_0) * felt
+        w = x * 0.0
+        if t.wet.start[i + 1] > t.wet.start[i]:
+            w = ti.Vector([t.wet.met[i][0], t.wet.met[i][1], t.wet.met[i][2]])
+        shift = ti.cast(-RATE * D * D * (b - w), ti.f64)
+        if t.p.x[i].dot(up) > top:
+            shift -= shift.dot(up) * up
+        near_wall = ti.cast(w.norm(), ti.f64)
+        if near_wall > NEAR * inverse_0:  # no nearer to a wall
+            n_wall = ti.cast(w, ti.f64) / near_wall
+            shift -= ti.min(shift.dot(n_wall), 0.0) * n_wall
+        size = shift.norm()
+        if size > FARTHEST * D:
+            shift *= FARTHEST * D / size
+        ti.atomic_max(farthest, ti.min(size, FARTHEST * D))
+        t.p.x[i] += shift
+    return farthest

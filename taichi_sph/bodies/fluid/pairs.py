@@ -1,0 +1,263 @@
+"""Everything that two neighbours in a fluid do to each other, in one pass over the lists (T 1.21 to 1.28).
+
+With x = x_i - x_j, v = v_i - v_j, G = W'(r) / r < 0, so that grad_i W = G x, and V = D^3 = m / rho:
+
+    div_i   = - sum_j V_j G v.x                                               continuity, d rho/dt = -rho div (T 1.21)
+    f_i     = - V_i sum_j V_j (p_i + p_j + Pi_ij) G x                          momentum (T 1.26), g m_i beside it
+    Pi_ij   = rho_0 (-alpha c h mu + beta h^2 mu^2) where mu = v.x / (r^2 + eps^2) < 0, eps = 0.1 h   (T 1.24, 1.25)
+    h_ij    = phi (D_i + D_j) / 2,   D_i = D_0 (1 + s_i)^(-1/3)                (T 1.27, and 1.28 integrated)
+    ds_i/dt = -(1 + s_i) div_i - 2 delta h / (rho_0 c) sum_j V_j G (p_j - p_i + rho_0 g.x)      density diffusion
+
+V_i V_j (p_i + p_j) and not T 1.23's m_i m_j (p_i / rho_i^2 + p_j / rho_j^2), from which it differs by the density's
+variation: it is the transpose of T 1.21, so that pressure does the work that the density stores. Viscosity enters with
+the sign of a pressure (in T 1.26 it has that of -sigma). The diffusion (Molteni and Colagrossi 2009) leaves alone what is
+hydrostatic (Fourtakas et al. 2019): water at rest feels none.
+
+One pass needs the pressure of the neighbours now, which their density rates give in the same pass. So it acts with
+s* = s_n-1 + dt (2 rate_n-1 - rate_n-2), and corrects s_n. For a wave of frequency w this damps amplitudes by
+(w dt)^4 / 2 a step and is stable up to w dt = 0.70, against 2 for two passes; the energy it takes is booked (`lag`).
+The rates are those of the fluid alone: what surfaces do to a density over the step is known when its pressure is needed.
+"""
+
+from ... import runtime
+from ...laws import eos_acoustic, eos_tait
+from ...numerics.kernel import w2_slope
+from ...runtime import ti
+from .pool import NARROWEST, WIDEST
+from .walls import MOST, NONE, RIM
+
+VECTOR = ti.types.vector(3, ti.f64)
+
+
+@ti.data_oriented
+class FluidPairs:
+    """The pass over a pool `p` (FluidParticles) with lists `near` (Neighbours) of a `water` (constants)."""
+
+    def __init__(self, p, near, water, walls, gravity, origin, wet=None):
+        """water: density rho_0, sound c, tait gamma (0: acoustic), least pressure p_min, support phi = h / D, alpha, beta,
+        delta. origin [m]: pair records are relative to it, which single precision needs. wet: Wetted, or None where there is
+        nothing to wet."""
+        self.p, self.near, self.water, self.walls, self.wet = p, near, water, walls, wet
+        self.wets = wet is not None
+        self.tait = water.gamma > 0
+        self.cut = water.least > -1e300
+        self.gravity, self.origin = ti.Vector([*gravity], ti.f64), ti.Vector([*origin], ti.f64)
+
+    def pack(self, dt: float) -> None:
+        """Records of the particles at the positions now, dt after the last pass; with the pressure that will act."""
+        w = self.water
+        _pack(self, self.p.n, self.origin, dt, w.stiffness, w.gamma, w.least)
+        if self.wets:
+            self.wet.face(0.5 / (w.support * self.p.spacing))
+            _meet(self, self.p.n, dt, w.stiffness, w.gamma, w.least)
+
+    def mark(self) -> None:
+        """Who may have a neighbour with a side: after every new list, of particles or of what they wet."""
+        _mark(self, self.near.near, self.p.n, self.near.width)
+
+    def act(self, dt_before: float, dt: float, times: int = 1) -> None:
+        """force, rate, s; books what viscosity, diffusion and lag take. times: steps of the shell in dt."""
+        w, d = self.water, self.p.spacing
+        h = w.support * d
+        diffusion = 2.0 * w.delta * h / (w.density * w.sound)
+        _act(self, self.near.near, self.p.n, self.near.width, self.gravity, self.origin, dt_before, dt, w.stiffness, w.gamma, w.least, w.density, d, 0.5 / h,
+             w.alpha * w.density * w.sound * h, w.beta * w.density * h * h, 0.01 * h * h, diffusion)  # fmt: skip
+        if self.wets:
+            self.wet.bear(0.5 / h, times)
+
+    @ti.func
+    def pressure(self, stiffness, gamma, least, s):
+        result = eos_acoustic.pressure(stiffness, gamma, s)
+        if ti.static(self.tait):
+            result = eos_tait.pressure(stiffness, gamma, s)
+        if ti.static(self.cut):
+            result = ti.max(result, least)
+        return result
+
+
+@ti.kernel
+def _pack(t: ti.template(), n: ti.i32, origin: VECTOR, dt: float, stiffness: float, gamma: float, least: float):
+    for i in range(n):
+        s = t.p.s[i] + dt * (2.0 * t.p.rate[i] - t.p.rate_before[i])
+        size = ti.min(ti.max((1.0 + ti.max(s, -0.9)) ** (-1.0 / 3.0), NARROWEST), WIDEST)
+        x = t.p.x[i] - origin
+        v = t.p.v[i]
+        for c in ti.static(range(3)):
+            t.p.pair[i][c] = ti.cast(x[c], float)
+            t.p.pair[i][4 + c] = v[c]
+        t.p.pair[i][3] = t.p.spacing * size
+        t.p.pair[i][7] = t.pressure(stiffness, gamma, least, s)
+
+
+@ti.kernel
+def _meet(t: ti.template(), n: ti.i32, dt: float, stiffness: float, gamma: float, least: float):
+    """The pressures that will act, with what surfaces did to the densities over the step: that is known already, and extrapolated it would
+    feed the fastest modes of a shell (docs/method.md, 11)."""
+    for i in range(n):
+        if t.wet.start[i + 1] > t.wet.start[i]:
+            before = t.p.s[i]
+            s = before + dt * (2.0 * t.p.rate[i] - t.p.rate_before[i]) - (1.0 + before) * dt * 2.0 * t.wet.met[i][3]
+            t.p.pair[i][7] = t.pressure(stiffness, gamma, least, s)
+
+
+@ti.kernel
+def _mark(t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32):
+    """amid (wetted.py): more than have a side now, so that it holds until the next list."""
+    for i in range(n):
+        amid = 0
+        for m in range(i * width, i * width + t.near.number[i]):  # i itself is in its list
+            amid = ti.max(amid, ti.select(t.wet.start[near[m] + 1] > t.wet.start[near[m]], 1, 0))
+        t.wet.amid[i] = amid
+
+
+@ti.func
+def _pair(x, v, D, p, D_j, p_j, g, half_by_spacing, inverse_0, linear, quadratic, eps2):
+    """Of one neighbour: what it adds to force (3), div, spread, power, all over V_i, and G V_j; x and v relative to it."""
+    square = x[0] * x[0] + x[1] * x[1] + x[2] * x[2]
+    # 1 / (2 h_ij) by its series about D_0: no division, and right to 1e-6 for 6 % of compression
+    e = 1.0 - (D + D_j) * half_by_spacing
+    inverse = inverse_0 * (1.0 + e * (1.0 + e * (1.0 + e)))
+    G = w2_slope(ti.sqrt(square), inverse) * (D_j * D_j * D_j)
+    along = v[0] * x[0] + v[1] * x[1] + v[2] * x[2]
+    mu = ti.min(along, 0.0) / (square + eps2)
+    viscous = mu * (quadratic * mu - linear)
+    f = -G * (p + p_j + viscous)
+    return f * x[0], f * x[1], f * x[2], -G * along, -G * (p_j - p + g[0] * x[0] + g[1] * x[1] + g[2] * x[2]), G * along * viscous, G
+
+
+@ti.func
+def _neighbours(
+    t: ti.template(), near: ti.template(), i, first, x, v, own, D, p, g, half_by_spacing, inverse_0, linear, quadratic, eps2, found, image,
+    sided: ti.template(), holed: ti.template(),
+):  # fmt: skip
+    """Sums of `_pair` over the list of particle i, at x with velocity v and side `own`: force (3), div, spread, power.
+
+    sided: some of them, or i, may have a side (wetted.py). holed: x is an image of i in walls with holes, which is not whole near them. No
+    branch otherwise, so that several neighbours are taken at once."""
+    f0, f1, f2, div, spread, power = D * 0.0, D * 0.0, D * 0.0, D * 0.0, D * 0.0, D * 0.0
+    here, cover = ti.Vector([own[0], own[1], own[2]]), D * 0.0
+    if ti.static(sided):
+        if own[3] > 0.0:
+            cover = t.wet.cover[i]
+    for m in range(first, first + t.near.number[i]):
+        j = near[m]
+        b = t.p.pair[j]
+        y, w = x - ti.Vector([b[0], b[1], b[2]]), v - ti.Vector([b[4], b[5], b[6]])
+        D_j = ti.abs(b[3])
+        whole = D * 0.0 + 1.0
+        if ti.static(holed):
+            for c in ti.static(range(MOST)):
+                if (image >> c) & 1:
+                    if t.walls.radius[found[c]] > 0.0:  # i as j, so that forces and rates stay each other's transpose
+                        shares = t.walls.share(found[c], t.p.x[i], RIM * t.p.spacing) * t.walls.share(found[c], t.p.x[j], RIM * t.p.spacing)
+                        whole *= ti.cast(shares, float)
+        n, size = here, D * 0.0
+        if ti.static(sided):
+            other = t.wet.side[j]
+            n, size = ti.Vector([other[0], other[1], other[2]]), ti.select(b[3] < 0.0, other[3], 0.0)
+            behind = ti.select(here.dot(n) < -0.5, 1.0, 0.0) * ti.select(y.dot(here - n) > 0.0, 1.0, 0.0) * ti.select(b[3] < 0.0, 1.0, 0.0)
+            whole *= 1.0 - 0.5 * ti.cast(behind, float) * (cover + t.wet.cover[j])
+        one = _pair(y, w, D, p, D_j, b[7], g, half_by_spacing, inverse_0, linear, quadratic, eps2)
+        f0, f1, f2 = f0 + whole * one[0], f1 + whole * one[1], f2 + whole * one[2]
+        div, spread, power = div + whole * one[3], spread + whole * one[4], power + whole * one[5]
+        if ti.static(sided):
+            mine, his = along(own, y), size * (y - y.dot(n) * n)
+            more, G = p * mine + b[7] * his, whole * one[6]
+            f0, f1, f2 = f0 - G * more[0], f1 - G * more[1], f2 - G * more[2]
+            div -= G * w.dot(mine)
+    return ti.Vector([f0, f1, f2, div, spread, power])
+
+
+@runtime.in_any_order
+@ti.kernel
+def _act(
+    t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32, gravity: VECTOR, origin: VECTOR, dt_before: float, dt: float,
+    stiffness: float, gamma: float, least: float, density: float, spacing: float, inverse_0: float, linear: float,
+    quadratic: float, eps2: float, diffusion: float,
+):  # fmt: skip
+    for i in range(n):
+        a = t.p.pair[i]
+        x, v, D, p = ti.Vector([a[0], a[1], a[2]]), ti.Vector([a[4], a[5], a[6]]), ti.abs(a[3]), a[7]
+        g = density * ti.cast(gravity, float)
+        half = 0.5 / spacing
+        first = i * width
+        own = ti.Vector([D * 0.0, D * 0.0, D * 0.0, D * 0.0])
+        amid = False
+        if ti.static(t.wets):
+            amid = t.wet.amid[i] == 1
+            if a[3] < 0.0:
+                own = t.wet.side[i]
+        found, count = ti.Vector(NONE), 0
+        if ti.static(t.walls.n > 0):
+            found, count = t.walls.near(t.p.x[i], 1.0 / inverse_0, RIM * spacing)
+        f, div, spread, power = x * 0.0, D * 0.0, D * 0.0, D * 0.0
+        # what the images of its neighbours in walls do to i is what they themselves do to its image: image 0 is i itself
+        for image in range(0, 1 << count):
+            y, w, side, whole = x, v, own, True
+            if ti.static(t.walls.n > 0):
+                if not t.walls.shows(found, image, t.p.x[i], 1.0 / inverse_0):
+                    continue
+                y, w = t.walls.mirrored(found, image, x, origin), t.walls.turned(found, image, v)
+                turned = t.walls.turned(found, image, ti.Vector([own[0], own[1], own[2]]))
+                side = ti.Vector([turned[0], turned[1], turned[2], own[3]])
+            sums = ti.Vector([0, 0, 0, 0, 0, 0], float)
+            if ti.static(t.walls.holed):
+                if t.walls.pierced(found, image):
+                    whole = False
+                    sums = _neighbours(
+                        t, near, i, first, y, w, side, D, p, g, half, inverse_0, linear, quadratic, eps2, found, image, t.wets, True
+                    )
+            if whole:
+                if ti.static(t.wets):
+                    if amid:
+                        sums = _neighbours(
+                            t, near, i, first, y, w, side, D, p, g, half, inverse_0, linear, quadratic, eps2, found, image, True, False
+                        )
+                if not amid:
+                    sums = _neighbours(
+                        t, near, i, first, y, w, side, D, p, g, half, inverse_0, linear, quadratic, eps2, found, image, False, False
+                    )
+            force = ti.Vector([sums[0], sums[1], sums[2]])
+            if ti.static(t.walls.n > 0):
+                force = t.walls.turned(found, image, force)
+            f += force
+            div, power = div + sums[3], power + sums[5]
+            if image == 0:
+                spread = sums[4]
+        V = D * D * D
+        wall = D * 0.0  # divergence by what the surfaces do
+        if ti.static(t.wets):
+            w, approach = x * 0.0, D * 0.0
+            if t.wet.start[i + 1] > t.wet.start[i]:
+                w, approach = ti.Vector([t.wet.met[i][0], t.wet.met[i][1], t.wet.met[i][2]]), t.wet.met[i][3]
+            mu = 2.0 / D * ti.min(approach, 0.0) / ti.max(w.norm(), 1e-30)  # against its image at D/2 behind the surface
+            viscous = mu * (quadratic * mu - linear)
+            stress = 2.0 * p + viscous
+            f += stress * w
+            wall = 2.0 * approach
+            power -= 2.0 * viscous * approach
+            t.wet.stress[i] = V * stress
+        t.p.force[i] = V * f + t.p.mass[i] * ti.cast(gravity, float)
+        before = t.p.s[i]
+        mean = 1.0 + before + 0.5 * dt_before * t.p.rate[i]
+        spread *= diffusion
+        rate = -mean * div  # extrapolated with the diffusion it would be stable only up to kappa dt = 2/7, not 2
+        now = before + dt_before * (rate + spread - mean * wall)
+        was, there = t.pressure(stiffness, gamma, least, before), t.pressure(stiffness, gamma, least, now)
+        t.p.lag[i] += 0.5 * V * dt_before * (div + wall) * (t.p.missed[i] + there - p)
+        t.p.diffused[i] -= 0.5 * V * dt_before * spread / mean * (was + there)
+        t.p.viscous[i] += 0.25 * (dt_before + dt) * V * power
+        t.p.missed[i] = there - p
+        t.p.s[i] = now
+        if dt_before > 0.0:
+            t.p.rate_before[i] = t.p.rate[i]
+        else:
+            t.p.rate_before[i] = rate
+        t.p.rate[i] = rate
+
+
+@ti.func
+def along(side: ti.template(), x):
+    """(T - 1) x of wetted.py."""
+    n = ti.Vector([side[0], side[1], side[2]])
+    return side[3] * (x - x.dot(n) * n)

@@ -1,0 +1,86 @@
+"""Rigid bodies made of pinballs (T 3.3): strikers, blocks, anvils. No Taichi here."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field, StrictBool, model_validator
+
+from ...scene.base import Frozen, Point
+from ...scene.units import Dimensionless, Inertia, Length, Mass, Speed, Spin
+
+
+class Pinball(Frozen):
+    """A sphere that makes contact: `centre` at t = 0, `radius`."""
+
+    centre: Point
+    radius: Annotated[Length, Field(gt=0)]
+
+
+class Rigid(Frozen):
+    """A rigid body of one or many pinballs, free to move and turn, or held in place.
+
+    `inertia`: principal moments about the scene's axes [kg m2]; without it that of solid balls which share the mass
+    by their volumes. `restitution` is Newton's, between this body and another rigid one (the larger of the two
+    counts): 0 is plastic, 1 elastic; what is deformable bounces by itself.
+    """
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]
+    pinballs: Annotated[tuple[Pinball, ...], Field(min_length=1)]
+    mass: Annotated[Mass, Field(gt=0)]
+    inertia: tuple[Inertia, Inertia, Inertia] | None = None
+    velocity: tuple[Speed, Speed, Speed] = (0.0, 0.0, 0.0)
+    spin: tuple[Spin, Spin, Spin] = (0.0, 0.0, 0.0)
+    restitution: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.0
+    held: StrictBool = False
+
+    @model_validator(mode="after")
+    def _believable(self) -> Rigid:
+        if self.inertia is not None:
+            a, b, c = sorted(self.inertia)
+            if a <= 0:
+                raise ValueError(f"inertia {list(self.inertia)} kg m2: all three principal moments must be above 0")
+            if a + b < c * (1 - 1e-9):
+                raise ValueError(f"inertia {list(self.inertia)} kg m2: no body has one moment above the sum of the two others")
+        if self.held and any((*self.velocity, *self.spin)):
+            raise ValueError(f"held: rigid '{self.name}' is held in place and cannot have a velocity or spin; leave one out")
+        density = self.mass / sum(4.0 / 3.0 * math.pi * p.radius**3 for p in self.pinballs)
+        if not 1.0 <= density <= 1e6 and not self.held:
+            raise ValueError(
+                f"mass {self.mass:g} kg of rigid '{self.name}' over the volume of its pinballs is {density:.3g} kg/m^3, which no "
+                "body has; check the units of mass and radius"
+            )
+        return self
+
+    @property
+    def shares(self) -> np.ndarray:
+        """(P,) parts of the mass that the pinballs carry, by volume."""
+        volume = np.array([p.radius for p in self.pinballs]) ** 3
+        return volume / volume.sum()
+
+    @property
+    def centre(self) -> np.ndarray:
+        """(3,) centre of mass at t = 0 [m]."""
+        return self.shares @ np.array([p.centre for p in self.pinballs])
+
+    @property
+    def moments(self) -> np.ndarray:
+        """(3, 3) inertia about the centre of mass at t = 0 [kg m2]."""
+        if self.inertia is not None:
+            return np.diag(self.inertia).astype(float)
+        total = np.zeros((3, 3))
+        for share, ball in zip(self.shares, self.pinballs):
+            m, r = share * self.mass, np.array(ball.centre) - self.centre
+            total += m * ((0.4 * ball.radius**2 + r @ r) * np.eye(3) - np.outer(r, r))
+        return total
+
+
+class PinballContact(Frozen):
+    """How contact is solved. `tolerance`: largest approach speed left, over the largest that was found (or a hundredth of
+    the fastest speed of all, where that is more); also the complementarity error allowed. `iterations`: when the solver
+    gives up, which it reports."""
+
+    tolerance: Annotated[Dimensionless, Field(gt=0, le=0.1)] = 1e-4
+    iterations: Annotated[int, Field(ge=1, le=100_000)] = 1000

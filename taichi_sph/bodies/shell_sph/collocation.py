@@ -1,0 +1,260 @@
+"""Internal forces of the shell, collocation form: the strong form of the thesis (T 2.2.2.1).
+
+    cell gradient   u_,a  = sum_j Phi_j,a(x_s) u_j            order-1 MLS from the nodes     (T 2.25)
+    director        d_s   = sum_j Phi_j(x_s) d_j              order-2 MLS from the nodes     (T 2.2.2.1)
+    stress          stress.resultants -> n^a, m^a, q
+    node force      f_i   = A_i sum_s n^a_s (a_a . grad Phi_s)(X_i)          order-1 MLS from the cells (T 2.27)
+    on the director g_i   = A_i sum_s [ m^a_s (a_a . grad Phi_s) - Phi_s q_s ]                          (T 2.28)
+
+Free edges (T 2.2.3.2): the nodes of the border, and those of broken cells (T 2.3.6.1), join their own
+neighbourhood with zero stress. Strain and divergence are not each other's transpose, so energy is not
+conserved by construction: B(%) shows what that costs, and viscosity and filters keep it calm.
+"""
+
+import numpy as np
+
+from ... import runtime
+from ...geometry.mesh import SurfaceMesh, tangent_frames
+from ...runtime import ti
+from .links import Links
+from .pool import Cells, MaterialPool, Nodes
+from .selective import SelectiveShear, node_shears, shear_at, shear_dead, take_shear
+from .stress import resultants
+
+
+@ti.data_oriented
+class Collocation:
+    """The term. `force` overwrites nodes.force (and nodes.couple); `links` are touched by rupture."""
+
+    look_every = 25  # steps between two looks at the largest frequency while things break: ruptures raise it by half within tens of steps
+
+    def __init__(self, mesh: SurfaceMesh, nodes: Nodes, cells: Cells, material: MaterialPool, settings):
+        self.nodes, self.cells, self.material = nodes, cells, material
+        self.bends = nodes.bends
+        local = mesh.node_spacing
+        corner = np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)
+        frames = tangent_frames(mesh.node_normals)
+        at_cells = {
+            "sources": nodes.X,
+            "n_sources": nodes.n,
+            "dead_source": nodes.fragment,
+            "points": np.repeat(mesh.centres[:, None], 2, axis=1),
+            "n_points": np.ones(cells.n),
+            "frames": mesh.frames,
+            "h": settings.support * local[corner].mean(axis=1),
+        }
+        at_nodes = {
+            "points": np.repeat(mesh.points[:, None], 2, axis=1),
+            "n_points": np.ones(nodes.n),
+            "frames": frames,
+            "h": settings.support * local,
+        }
+        self.strains = Links("strains", **at_cells, order=np.ones(cells.n), gradient=True)
+        self.divergence = Links(
+            "divergence",
+            sources=cells.centre,
+            n_sources=cells.n,
+            dead_source=cells.broken,
+            **at_nodes,
+            order=np.ones(nodes.n),
+            gradient=True,
+            values=self.bends,
+        )
+        self.pairs = Links(
+            "pairs",
+            sources=nodes.X,
+            n_sources=nodes.n,
+            dead_source=nodes.fragment,
+            **at_nodes,
+            order=np.zeros(nodes.n),
+        )
+        self.links = (self.strains, self.divergence, self.pairs)
+        self.area = runtime.new("nodes.area", nodes.n)  # m2
+        self.n1 = runtime.new("cells.n1", cells.n, nodes.dim)  # N/m
+        self.n2 = runtime.new("cells.n2", cells.n, nodes.dim)
+        runtime.put(self.area, mesh.node_areas)
+        edge = np.zeros(nodes.n, np.int32)
+        edge[mesh.edges.nodes[mesh.edges.sides[:, 1] < 0]] = 1
+        runtime.put(self.divergence.own, edge)
+        if self.bends:
+            self.directors = Links("directors", **at_cells, order=np.full(cells.n, 2))
+            self.links += (self.directors,)
+            self.m1 = runtime.new("cells.m1", cells.n, 3)  # N
+            self.m2 = runtime.new("cells.m2", cells.n, 3)
+            self.q = runtime.new("cells.q", cells.n, 3)  # N/m
+            self.t1 = runtime.new("nodes.t1", nodes.n, 3)  # tangents of the nodes, in the precision of the state
+            self.t2 = runtime.new("nodes.t2", nodes.n, 3)
+            self.root = runtime.new("cells.root", cells.n, 3)  # r11, r12, r22: makes the tangents orthonormal
+            runtime.put(self.t1, np.ascontiguousarray(frames[:, 0]))
+            runtime.put(self.t2, np.ascontiguousarray(frames[:, 1]))
+            e, young, nu = material.thickness[0], material.young[0], material.poisson[0]
+            D = local[corner].mean(axis=1)
+            bounded = 1.0 + settings.shear_bound * (D / e) ** 2
+            runtime.put(cells.shear, 5.0 / 6.0 * young * e / (2.0 * (1.0 + nu)) / bounded)
+        self.selects = self.bends and settings.selective_shear
+        if self.selects:
+            self.shear = SelectiveShear(mesh, nodes, cells, material, at_nodes, self.divergence.own)
+            self.links += self.shear.links
+        for links in self.links:
+            links.renew_all()
+        self._reference(mesh)
+        if self.selects:
+            self.shear.begin(mesh)
+
+    def _reference(self, mesh: SurfaceMesh) -> None:
+        """Tangents and directors of the reference, by the operator itself: a rigid motion then strains nothing."""
+        dim = self.nodes.dim
+        runtime.put(self.cells.area, mesh.areas)
+        if not self.bends:
+            runtime.put(self.cells.a1, np.ascontiguousarray(mesh.frames[:, 0, :dim]))
+            runtime.put(self.cells.a2, np.ascontiguousarray(mesh.frames[:, 1, :dim]))
+            return
+        raw = self._gradients(mesh.points - mesh.points.mean(axis=0))
+        values, vectors = np.linalg.eigh(np.einsum("mai,mbi->mab", raw, raw))
+        root = np.einsum("mak,mk,mbk->mab", vectors, values**-0.5, vectors)
+        tangents = np.einsum("mab,mbi->mai", root, raw)
+        slopes = np.einsum("mab,mbi->mai", root, self._gradients(mesh.node_normals))
+        runtime.put(self.root, np.stack([root[:, 0, 0], root[:, 0, 1], root[:, 1, 1]], axis=1))
+        runtime.put(self.cells.a1, np.ascontiguousarray(tangents[:, 0]))
+        runtime.put(self.cells.a2, np.ascontiguousarray(tangents[:, 1]))
+        runtime.put(self.cells.director_1, np.ascontiguousarray(slopes[:, 0]))
+        runtime.put(self.cells.director_2, np.ascontiguousarray(slopes[:, 1]))
+        runtime.put(self.cells.director, self.directors.apply(mesh.node_normals))
+
+    def _gradients(self, of_node: np.ndarray) -> np.ndarray:
+        """(N, 3) -> (M, 2, 3) by the strain links."""
+        return np.stack([self.strains.apply(of_node, a) for a in (0, 1)], axis=1)
+
+    def strain(self, dt: float, intact: int = 0) -> None:
+        """Strains and stresses of the cells; advances damage over dt."""
+        _stresses(self, self.cells.n, dt, intact)
+
+    def force(self) -> None:
+        """Divergence of what `strain` found."""
+        if self.selects:
+            node_shears(self.shear, self.nodes.n)
+        _divergence(self, self.nodes.n)
+
+    def drop(self, n_new: int) -> None:
+        """The cells on the list `new` carry nothing more, and their nodes are edge nodes from now on."""
+        _drop(self, n_new)
+        if self.selects:
+            shear_dead(self.shear, self.cells.new, n_new)
+
+    def restrain(self, links: Links, n_touched: int) -> None:
+        """After the touched rows were renewed: the stress of the cells that see other nodes now."""
+        if links is self.strains:
+            _stresses_touched(self, n_touched)
+
+    def stored(self, reducer) -> float:
+        """Nothing beside the cells stores energy."""
+        return 0.0
+
+    def lost(self, reducer) -> float:
+        """Nothing beside the cells is damaged."""
+        return 0.0
+
+    def dissipated(self, reducer) -> float:
+        """Nothing beside the cells yields."""
+        return 0.0
+
+    def state(self) -> dict[str, np.ndarray]:
+        return {name: value for links in self.links for name, value in links.state().items()}
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        for links in self.links:
+            links.restore(state)
+
+
+@ti.func
+def _stress(term: ti.template(), s, dt, intact, tally):
+    u1 = term.n1[0] * 0.0
+    u2, d1, d2, d = u1, u1, u1, u1
+    for k in range(term.strains.start[s], term.strains.start[s + 1]):
+        j = term.strains.source[k]
+        c = term.strains.coef[k]
+        u = term.nodes.u[j]
+        u1 += c[0] * u
+        u2 += c[1] * u
+        if ti.static(term.bends):
+            turn = term.nodes.d[j]
+            d1 += c[0] * turn
+            d2 += c[1] * turn
+    if ti.static(term.bends):
+        for k in range(term.directors.start[s], term.directors.start[s + 1]):
+            d += term.directors.coef[k] * term.nodes.d[term.directors.source[k]]
+        r = term.root[s]
+        u1, u2 = r[0] * u1 + r[1] * u2, r[1] * u1 + r[2] * u2
+        d1, d2 = r[0] * d1 + r[1] * d2, r[1] * d1 + r[2] * d2
+    n1, n2, m1, m2, q = resultants(term.cells, term.material, s, u1, u2, d1, d2, d, dt, intact, tally)
+    if ti.static(term.selects):
+        kept = 1.0
+        if intact == 0:
+            kept -= term.cells.delayed[s]
+        s1, s2, sq = take_shear(term.shear, term.cells, s, u1, u2, d, kept)
+        n1 -= s1
+        n2 -= s2
+        q -= sq
+    term.n1[s] = n1
+    term.n2[s] = n2
+    if ti.static(term.bends):
+        term.m1[s] = m1
+        term.m2[s] = m2
+        term.q[s] = q
+
+
+@ti.kernel
+def _stresses(term: ti.template(), n: ti.i32, dt: float, intact: ti.i32):
+    for s in range(n):
+        if term.cells.broken[s] == 0:
+            _stress(term, s, dt, intact, 1)
+
+
+@ti.kernel
+def _stresses_touched(term: ti.template(), n_touched: ti.i32):
+    for m in range(n_touched):
+        s = term.strains.touched[m]
+        if term.cells.broken[s] == 0:
+            if term.strains.alive[s] == 1:
+                _stress(term, s, 0.0, 0, 0)
+            elif ti.atomic_max(term.cells.broken[s], 1) == 0:
+                term.cells.new[ti.atomic_add(term.cells.n_new[0], 1)] = s
+
+
+@ti.kernel
+def _divergence(term: ti.template(), n: ti.i32):
+    for i in range(n):
+        force = term.nodes.force[i] * 0.0
+        couple = force
+        if term.nodes.fragment[i] == 0:
+            for k in range(term.divergence.start[i], term.divergence.start[i + 1]):
+                s = term.divergence.source[k]
+                c = term.divergence.coef[k]
+                g1, g2 = c[0], c[1]
+                if ti.static(term.bends):
+                    # the cell's tangents seen from the node's tangent plane
+                    slope = c[0] * term.t1[i] + c[1] * term.t2[i]
+                    g1, g2 = term.cells.a1[s].dot(slope), term.cells.a2[s].dot(slope)
+                    couple += g1 * term.m1[s] + g2 * term.m2[s] - c[2] * term.q[s]
+                force += g1 * term.n1[s] + g2 * term.n2[s]
+            if ti.static(term.selects):
+                sheared, turned = shear_at(term.shear, i)
+                force += sheared
+                couple += turned
+        term.nodes.force[i] = term.area[i] * force
+        if ti.static(term.bends):
+            term.nodes.couple[i] = term.area[i] * couple
+
+
+@ti.kernel
+def _drop(term: ti.template(), n_new: ti.i32):
+    for m in range(n_new):
+        s = term.cells.new[m]
+        term.n1[s] *= 0.0
+        term.n2[s] *= 0.0
+        if ti.static(term.bends):
+            term.m1[s] *= 0.0
+            term.m2[s] *= 0.0
+            term.q[s] *= 0.0
+        for k in range(term.cells.n_corners[s]):
+            term.divergence.own[term.cells.corner[s][k]] = 1

@@ -1,0 +1,55 @@
+"""Filter on the velocities of crack-edge nodes (T 2.3.6.5, after Balsara, T 2.39), collocation form.
+
+    f_i = -m_i omega (v_i - sum_j Phi_ij v_j)        Phi: order-0 MLS (Shepard) over the visible neighbours
+
+The thesis takes a share eta = 1 % of the difference in every step of 0.15 D/c; as a rate, omega = eta c / (0.15 D),
+what it takes per unit of time does not depend on the step. Only the nodes of broken cells are filtered.
+"""
+
+from ... import runtime
+from ...runtime import ti
+from .links import Links
+from .pool import Cells, Nodes
+
+THESIS_STEP = 0.15  # D/c, the step to which eta belongs (T 2.4: cstab 0.15)
+
+
+@ti.data_oriented
+class EdgeFilter:
+    """The term; `entry` is its line in the ledger."""
+
+    entry = "filter"
+
+    def __init__(self, nodes: Nodes, cells: Cells, pairs: Links, rate: float):
+        self.nodes, self.cells, self.pairs, self.rate = nodes, cells, pairs, rate
+        self.work = runtime.new("filter.work", nodes.n)  # J, taken so far
+
+    def add(self, dt: float) -> None:
+        """Add the forces; book what they take over dt."""
+        _add(self, self.nodes.n, dt, self.rate)
+
+    def taken(self, reducer) -> float:
+        """Energy taken so far [J]."""
+        return reducer.total(self.work, self.nodes.n)
+
+    def state(self):
+        return {"filter.work": runtime.get(self.work, self.nodes.n)}
+
+    def restore(self, state) -> None:
+        runtime.put(self.work, state["filter.work"])
+
+
+@ti.kernel
+def _add(term: ti.template(), n: ti.i32, dt: float, rate: float):
+    for i in range(n):
+        on_edge = 0
+        for m in range(term.cells.start_of_node[i], term.cells.start_of_node[i + 1]):
+            on_edge = ti.max(on_edge, term.cells.broken[term.cells.of_node[m]])
+        if on_edge == 1 and term.nodes.fragment[i] == 0:
+            v = term.nodes.v[i]
+            rest = v
+            for k in range(term.pairs.start[i], term.pairs.start[i + 1]):
+                rest -= term.pairs.coef[k] * term.nodes.v[term.pairs.source[k]]
+            force = -term.nodes.mass[i] * rate * rest
+            term.nodes.force[i] += force
+            term.work[i] -= dt * force.dot(v)

@@ -1,0 +1,440 @@
+"""Internal forces of the shell, galerkin form: the exact transpose of the strain operator.
+
+    edge mean       u_e   = sum_j Phi_ej u_j              Phi_e: mean of order-2 MLS over the edge (2 Gauss points)
+    cell gradient   u_,a  = sum_e g_ea u_e                Green's formula over the sides: g = normal x length / area
+    cell mean       d_s   = sum_e w_e d_e                 w: share of the side's triangle with the centroid
+    stress          stress.resultants -> n^a, m^a, q
+    edge force      f_e   = -A sum_s g_ea n^a             over the one or two cells s that the edge bounds;
+                            on the director -A sum_s (g_ea m^a + w_e q)
+    node force      f_i   = sum_e Phi_ei f_e
+
+Neighbouring cells share their edge means, so the internal forces of a constant stress cancel to rounding
+wherever the nodes are (patch test), forces and moments sum to zero, and free edges are natural.
+
+What the cells cannot see is held by one residual per node, against its own order-2 fit in its tangent plane:
+
+    r_i = u_i - sum_j Phi_j u_j - c_i d_i,    energy 1/2 (k_t |r|^2 + (k_n - k_t) (r . n)^2),
+    k_t = gamma E e/(1-nu^2) A_i/D_i^2,  k_n = gamma G_s A_i/D_i^2,  both times (1 - D_r) around i
+
+and the same for d with the bending stiffness. c_i is what the fit leaves of the reference surface itself (along
+N_i; zero where flat): it turns with the director, so a rigid motion feels nothing. Of the directors it may leave a
+part t_i across N_i as well, near a corner between two walls; that one is written as a sum of nodes, t_i = sum_j b_ij
+X_j, and turns with them: - sum_j b_ij u_j. Quadratic fields feel nothing either. Edges and residuals are rows of one sparse operator: the step gathers twice and never scatters.
+
+Around a metal the residual yields too: with q^2 = 2 x energy, force and energy are those of q = |r|_k - rho, 0 <= q <= q_y,
+where the slip rho grows while q stays at q_y = sqrt(k_t) D sigma_y (1 - nu^2) / E, the pull of a residual of one yield
+strain over one spacing, and follows |r|_k down when r shrinks. Elastic, it would store far more than the cells do wherever
+they have flowed. The force stays along r, so momenta are kept, and q_y d rho is booked as plastic.
+
+Transverse shear is bounded in thin shells, G_s = k G e / (1 + alpha (D/e)^2) with k = 5/6: the error is O(D^2),
+of the order of the discretisation itself, and nothing changes where e > D (docs/method.md).
+"""
+
+import numpy as np
+
+from ... import runtime
+from ...geometry.mesh import SurfaceMesh, tangent_frames
+from ...runtime import ti
+from .galerkin_reference import references, references_touched, shares, sides, turns, turns_touched
+from .links import Links
+from .pool import Cells, MaterialPool, Nodes
+from .stress import resultants
+
+GAUSS = 0.5 / np.sqrt(3.0)
+LOOK, STEP, JUMP = 0, 1, 2  # why residuals are evaluated: to see the forces, to go on in time, after a rupture
+
+
+@ti.data_oriented
+class Galerkin:
+    """The term. `force` overwrites nodes.force (and nodes.couple); `links` are touched by rupture."""
+
+    look_every = 100  # steps between two looks at the largest frequency while things break: ruptures barely raise it
+
+    def __init__(self, mesh: SurfaceMesh, nodes: Nodes, cells: Cells, material: MaterialPool, settings):
+        self.nodes, self.cells, self.material = nodes, cells, material
+        self.bends = nodes.bends
+        edges = mesh.edges
+        self.n_edges = len(edges.nodes)
+        a, b = mesh.points[edges.nodes[:, 0]], mesh.points[edges.nodes[:, 1]]
+        middle, half = 0.5 * (a + b), GAUSS * (b - a)
+        points = np.concatenate([np.stack([middle - half, middle + half], axis=1), np.repeat(mesh.points[:, None], 2, axis=1)])
+        normals = np.concatenate([mesh.node_normals[edges.nodes[:, 0]] + mesh.node_normals[edges.nodes[:, 1]], mesh.node_normals])
+        n = nodes.n
+        local = mesh.node_spacing
+        spacing = np.concatenate([0.5 * (local[edges.nodes[:, 0]] + local[edges.nodes[:, 1]]), local])
+        self.rows = Links(
+            "galerkin",
+            sources=nodes.X,
+            n_sources=n,
+            dead_source=nodes.fragment,
+            points=points,
+            n_points=np.r_[np.full(self.n_edges, 2), np.full(n, 1)],
+            frames=tangent_frames(normals / np.linalg.norm(normals, axis=1)[:, None]),
+            h=settings.support * spacing,
+            order=np.full(self.n_edges + n, 2),
+            residual_of=np.r_[np.full(self.n_edges, -1), np.arange(n)],
+            transposed=True,
+        )
+        self.links = (self.rows,)
+        self.edge_u = runtime.new("edges.u", self.n_edges, nodes.dim)  # m, mean displacement
+        self.row_force = runtime.new("galerkin.row_force", self.n_edges + n, nodes.dim)  # N
+        self.side_force = runtime.new("cells.side_force", 4 * cells.n, nodes.dim)  # N
+        self.side = runtime.new("cells.side", 4 * cells.n, 2)  # 1/m, g: gradient coefficients of the sides
+        self.stiffness = runtime.new("galerkin.k", n)  # N/m, k_t of sound material
+        self.integrity = runtime.new("galerkin.integrity", n)  # 1 - D_r around the node
+        self.residual = runtime.new("galerkin.residual", n)  # J, energy of the residuals
+        self.residual_lost = runtime.new("galerkin.residual_lost", n)  # J, taken from it by damage
+        e, young, nu = material.thickness[0], material.young[0], material.poisson[0]
+        membrane = young * e / (1.0 - nu**2)
+        scale = settings.stabilisation * mesh.node_areas / local**2
+        runtime.put(self.stiffness, membrane * scale)
+        runtime.put(self.integrity, np.ones(n))
+        if material.yields:
+            # sqrt(J) for u and for d: q now, and the slip rho
+            self.slip = runtime.new("galerkin.slip", n, 4)
+            self.slipped = runtime.new("galerkin.slipped", n, dtype="f64")  # J, taken from the residuals by slip
+            self.reach = runtime.new("galerkin.reach", n)  # sqrt(J)/Pa, q_y over sigma_y
+            runtime.put(self.reach, np.sqrt(membrane * scale) * local * (1.0 - nu**2) / young)
+        if self.bends:
+            self.edge_d = runtime.new("edges.d", self.n_edges, 3)  # mean director change
+            self.row_couple = runtime.new("galerkin.row_couple", self.n_edges + n, 3)  # N m
+            self.side_couple = runtime.new("cells.side_couple", 4 * cells.n, 3)  # N m
+            self.share = runtime.new("cells.share", 4 * cells.n)  # w: weights of the sides in the cell's mean
+            self.own_couple = runtime.new("galerkin.own_couple", n, 3)  # N m, of a residual on its own director
+            self.stiffness_n = runtime.new("galerkin.k_n", n)  # N/m
+            self.stiffness_d = runtime.new("galerkin.k_d", n)  # N m
+            self.left = runtime.new("galerkin.left", n)  # m, c_i: what the fit leaves of the surface
+            self.left_d = runtime.new("galerkin.left_d", n)  # the same of the field of directors
+            self.across = runtime.new("galerkin.across", n, dtype="f64")  # |t_i|
+            self.side0 = runtime.new("cells.side0", 4 * cells.n, 2)  # 1/m, g before it is made orthonormal
+            self.area0 = runtime.new("cells.area0", cells.n)  # m2, the same
+            kGe = 5.0 / 6.0 * young * e / (2.0 * (1.0 + nu))
+            bound = settings.shear_bound
+            corner = np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)
+            runtime.put(cells.shear, kGe / (1.0 + bound * (local[corner].mean(axis=1) / e) ** 2))
+            runtime.put(self.stiffness_n, scale * kGe / (1.0 + bound * (local / e) ** 2))
+            runtime.put(self.stiffness_d, scale * membrane * e**2 / 12.0)
+        self.rows.renew_all()
+        self._reference(mesh)
+
+    def _reference(self, mesh: SurfaceMesh) -> None:
+        """Tangents, areas, directors and side coefficients of the reference, by the operator itself."""
+        gradients, areas = sides(mesh)
+        runtime.put(self.side, gradients.reshape(-1, 2))
+        runtime.put(self.cells.area, areas)
+        self.turns = False
+        if not self.bends:
+            runtime.put(self.cells.a1, np.ascontiguousarray(mesh.frames[:, 0, :2]))
+            runtime.put(self.cells.a2, np.ascontiguousarray(mesh.frames[:, 1, :2]))
+            return
+        runtime.put(self.side0, gradients.reshape(-1, 2))
+        runtime.put(self.area0, areas)
+        runtime.put(self.share, shares(mesh).reshape(-1))
+        references(self, self.n_edges, self.cells.n, self.nodes.n)
+        # only where two walls meet, or on surfaces of no simple shape, do the directors leave something across
+        rounding = 1e-10 if runtime.current().real == ti.f64 else 1e-5
+        if runtime.get(self.across, self.nodes.n).max() > rounding:
+            self.turns = True
+            self.turn = runtime.new("galerkin.turn", self.rows.pairs)  # 1/m, b_ij
+            self.t_turn = runtime.new("galerkin.t_turn", self.rows.pairs)
+            turns(self, self.n_edges, self.nodes.n)
+
+    def strain(self, dt: float, intact: int = 0) -> None:
+        """Edge means, residual forces, stresses and side forces; advances history over dt, and leaves it as it is if dt = 0."""
+        _row_values(self, self.n_edges, self.rows.n, intact, STEP if dt > 0.0 else LOOK)
+        _cell_forces(self, self.cells.n, dt, intact)
+
+    def force(self) -> None:
+        """Node forces of what `strain` found."""
+        _edge_forces(self, self.n_edges)
+        _node_forces(self, self.nodes.n)
+
+    def drop(self, n_new: int) -> None:
+        """The cells on the list `new` pull no more."""
+        _drop(self, n_new)
+
+    def restrain(self, links: Links, n_touched: int) -> None:
+        """After the touched rows were renewed: their reference, their values, the stress of the cells they bound."""
+        if self.bends:
+            references_touched(self, n_touched, self.n_edges)
+            if self.turns:
+                turns_touched(self, n_touched, self.n_edges)
+        _row_values_touched(self, self.n_edges, n_touched)
+        _break_blind(self.rows, self.cells, self.n_edges, n_touched)
+        _cell_forces_touched(self, n_touched, self.n_edges)
+
+    def stored(self, reducer) -> float:
+        """Energy in the residuals [J]."""
+        return reducer.total(self.residual, self.nodes.n)
+
+    def lost(self, reducer) -> float:
+        """What damage took from the residuals [J]."""
+        return reducer.total(self.residual_lost, self.nodes.n) if self.material.damages else 0.0
+
+    def dissipated(self, reducer) -> float:
+        """What plastic flow took from the residuals [J]."""
+        return reducer.total(self.slipped, self.nodes.n) if self.material.yields else 0.0
+
+    def state(self) -> dict[str, np.ndarray]:
+        n = self.nodes.n
+        slip = {}
+        if self.material.yields:
+            slip = {"galerkin.slip": runtime.get(self.slip, n), "galerkin.slipped": runtime.get(self.slipped, n)}
+        return {
+            **slip,
+            "galerkin.integrity": runtime.get(self.integrity, n),
+            "galerkin.residual": runtime.get(self.residual, n),
+            "galerkin.residual_lost": runtime.get(self.residual_lost, n),
+            **self.rows.state(),
+        }
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        runtime.put(self.integrity, state["galerkin.integrity"])
+        runtime.put(self.residual, state["galerkin.residual"])
+        runtime.put(self.residual_lost, state["galerkin.residual_lost"])
+        if self.material.yields:
+            runtime.put(self.slip, state["galerkin.slip"])
+            runtime.put(self.slipped, state["galerkin.slipped"])
+        self.rows.restore(state)
+        if self.bends:
+            references(self, self.n_edges, self.cells.n, self.nodes.n)
+            if self.turns:
+                turns(self, self.n_edges, self.nodes.n)
+
+
+@ti.func
+def _row_sums(term: ti.template(), r):
+    """sum_j coef_rj u_j, and the same of d where there are directors."""
+    u = term.nodes.u[0] * 0.0
+    d = u
+    for k in range(term.rows.start[r], term.rows.start[r + 1]):
+        c = term.rows.coef[k]
+        j = term.rows.source[k]
+        u += c * term.nodes.u[j]
+        if ti.static(term.bends):
+            d += c * term.nodes.d[j]
+    return u, d
+
+
+@ti.func
+def _slip(term: ti.template(), i, norm, norm_d, why):
+    """(force over elastic force, the same of the director, energy [J]) of the residual of node i, whose elastic energy
+    would be 1/2 (norm^2 + norm_d^2). After a rupture it jumps, and the force is kept."""
+    limit, alive = norm * 0.0, 0
+    for m in range(term.cells.start_of_node[i], term.cells.start_of_node[i + 1]):
+        s = term.cells.of_node[m]
+        if term.cells.broken[s] == 0:
+            limit += term.cells.limit[s]
+            alive += 1
+    limit *= term.reach[i] / ti.max(alive, 1)
+    before = term.slip[i]
+    after = before
+    factor = ti.Vector([0.0 * norm, 0.0 * norm])
+    norms = ti.Vector([norm, norm_d])
+    energy = norm * 0.0
+    taken = norm * 0.0
+    for c in ti.static(range(2)):
+        q = ti.min(ti.max(norms[c] - before[2 + c], 0.0), limit)
+        if why == JUMP:
+            q = ti.min(before[c], norms[c])
+        after[c], after[2 + c] = q, norms[c] - q
+        energy += 0.5 * q * q
+        taken += 0.5 * (before[c] + q) * (after[2 + c] - before[2 + c])
+        if norms[c] > 0.0:
+            factor[c] = q / norms[c]
+    if why == STEP:
+        term.slipped[i] += term.integrity[i] * taken
+    if why != LOOK:
+        term.slip[i] = after
+    return factor[0], factor[1], energy
+
+
+@ti.func
+def _residual(term: ti.template(), i, r, intact, why):
+    """Residual forces of node i, whose stiffness follows the damage of the cells around it."""
+    rest, rest_d = _row_sums(term, r)
+    k = term.stiffness[i]
+    pull = k * rest
+    pull_d = rest_d
+    own, own_d = rest_d * 0.0, rest_d * 0.0
+    if ti.static(term.bends):
+        d = term.nodes.d[i]
+        n = term.nodes.N[i] + d
+        c, c_d = term.left[i], term.left_d[i]
+        rest -= c * d
+        rest_d -= c_d * d
+        if ti.static(term.turns):
+            for p in range(term.rows.start[r], term.rows.start[r + 1]):
+                rest_d -= term.turn[p] * term.nodes.u[term.rows.source[p]]
+        across = (term.stiffness_n[i] - k) * rest.dot(n)
+        pull = k * rest + across * n
+        pull_d = term.stiffness_d[i] * rest_d
+        own, own_d = c * pull - across * rest, c_d * pull_d
+    twice, twice_d = rest.dot(pull), k * 0.0
+    if ti.static(term.bends):
+        twice_d = rest_d.dot(pull_d)
+    energy = 0.5 * (twice + twice_d)
+    if ti.static(term.material.yields):
+        if intact == 0:
+            f, f_d, left = _slip(term, i, ti.sqrt(twice), ti.sqrt(twice_d), why)
+            energy = left
+            pull *= f
+            own *= f
+            pull_d *= f_d
+            own_d *= f_d
+    kept = energy * 0.0 + 1.0
+    if ti.static(term.material.damages):
+        if intact == 0:
+            before = term.integrity[i]
+            first, end = term.cells.start_of_node[i], term.cells.start_of_node[i + 1]
+            after = before * 0.0
+            for m in range(first, end):
+                s = term.cells.of_node[m]
+                if term.cells.broken[s] == 0:
+                    after += 1.0 - term.cells.delayed[s]
+            after /= ti.max(end - first, 1)
+            if after < before and why != LOOK:
+                term.integrity[i] = after
+                if why == STEP:
+                    term.residual_lost[i] += (before - after) * energy
+            kept = after
+    if intact == 0:
+        if ti.static(term.material.remembers):
+            if why != LOOK:
+                term.residual[i] = kept * energy
+        else:
+            term.residual[i] = kept * energy
+    term.row_force[r] = -kept * pull
+    if ti.static(term.bends):
+        term.row_couple[r] = -kept * pull_d
+        term.own_couple[i] = kept * (own + own_d)
+
+
+@ti.func
+def _row(term: ti.template(), r, n_edges, intact, why):
+    if r < n_edges:
+        u, d = _row_sums(term, r)
+        term.edge_u[r] = u
+        if ti.static(term.bends):
+            term.edge_d[r] = d
+    else:
+        _residual(term, r - n_edges, r, intact, why)
+
+
+@ti.kernel
+def _row_values(term: ti.template(), n_edges: ti.i32, n_rows: ti.i32, intact: ti.i32, why: ti.i32):
+    for r in range(n_rows):
+        _row(term, r, n_edges, intact, why)
+
+
+@ti.func
+def _cell(term: ti.template(), s, dt, intact, tally):
+    """Gradients, stress and side forces of cell s."""
+    u1 = term.edge_u[0] * 0.0
+    u2, d1, d2, d = u1, u1, u1, u1
+    n = term.cells.n_corners[s]
+    for k in range(n):
+        edge = term.cells.edge[s][k]
+        g = term.side[4 * s + k]
+        mean = term.edge_u[edge]
+        u1 += g[0] * mean
+        u2 += g[1] * mean
+        if ti.static(term.bends):
+            turn = term.edge_d[edge]
+            d1 += g[0] * turn
+            d2 += g[1] * turn
+            d += term.share[4 * s + k] * turn
+    n1, n2, m1, m2, q = resultants(term.cells, term.material, s, u1, u2, d1, d2, d, dt, intact, tally)
+    area = term.cells.area[s]
+    for k in range(n):
+        g = area * term.side[4 * s + k]
+        term.side_force[4 * s + k] = -(g[0] * n1 + g[1] * n2)
+        if ti.static(term.bends):
+            w = area * term.share[4 * s + k]
+            term.side_couple[4 * s + k] = -(g[0] * m1 + g[1] * m2 + w * q)
+
+
+@ti.kernel
+def _cell_forces(term: ti.template(), n: ti.i32, dt: float, intact: ti.i32):
+    for s in range(n):
+        if term.cells.broken[s] == 0:
+            _cell(term, s, dt, intact, 1)
+
+
+@ti.kernel
+def _edge_forces(term: ti.template(), n_edges: ti.i32):
+    for r in range(n_edges):
+        force = term.row_force[r] * 0.0
+        couple = force
+        for k in ti.static(range(2)):
+            side = term.cells.sides[r][k]
+            if side >= 0:
+                force += term.side_force[side]
+                if ti.static(term.bends):
+                    couple += term.side_couple[side]
+        term.row_force[r] = force
+        if ti.static(term.bends):
+            term.row_couple[r] = couple
+
+
+@ti.kernel
+def _node_forces(term: ti.template(), n: ti.i32):
+    for i in range(n):
+        force = term.nodes.force[i] * 0.0
+        couple = force
+        if ti.static(term.bends):
+            couple += term.own_couple[i]
+        for k in range(term.rows.t_start[i], term.rows.t_start[i + 1]):
+            c = term.rows.t_coef[k]
+            r = term.rows.t_row[k]
+            force += c * term.row_force[r]
+            if ti.static(term.bends):
+                couple += c * term.row_couple[r]
+                if ti.static(term.turns):
+                    force -= term.t_turn[k] * term.row_couple[r]
+        term.nodes.force[i] = force
+        if ti.static(term.bends):
+            term.nodes.couple[i] = couple
+
+
+@ti.kernel
+def _row_values_touched(term: ti.template(), n_edges: ti.i32, n_touched: ti.i32):
+    for m in range(n_touched):
+        _row(term, term.rows.touched[m], n_edges, 0, JUMP)
+
+
+@ti.kernel
+def _cell_forces_touched(term: ti.template(), n_touched: ti.i32, n_edges: ti.i32):
+    # a cell with several touched sides is computed once for each, with the same result: dt = 0 damages nothing
+    for m in range(n_touched):
+        r = term.rows.touched[m]
+        if r < n_edges:
+            for k in range(2):
+                side = term.cells.sides[r][k]
+                if side >= 0:
+                    s = side // 4
+                    if term.cells.broken[s] == 0:
+                        _cell(term, s, 0.0, 0, 0)
+
+
+@ti.kernel
+def _drop(term: ti.template(), n_new: ti.i32):
+    for m in range(n_new):
+        for k in range(4):
+            side = 4 * term.cells.new[m] + k
+            term.side_force[side] *= 0.0
+            if ti.static(term.bends):
+                term.side_couple[side] *= 0.0
+
+
+@ti.kernel
+def _break_blind(rows: ti.template(), cells: ti.template(), n_edges: ti.i32, n_touched: ti.i32):
+    """A cell one of whose edges sees no node any more breaks too (T 2.3.6.3)."""
+    for m in range(n_touched):
+        r = rows.touched[m]
+        if r < n_edges and rows.alive[r] == 0:
+            for k in range(2):
+                side = cells.sides[r][k]
+                if side >= 0 and cells.broken[side // 4] == 0:
+                    if ti.atomic_max(cells.broken[side // 4], 1) == 0:
+                        cells.new[ti.atomic_add(cells.n_new[0], 1)] = side // 4

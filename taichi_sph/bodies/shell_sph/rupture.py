@@ -1,0 +1,98 @@
+"""Rupture as a strong discontinuity (T 2.3.5, 2.3.6), event by event; a step without one reads a counter.
+
+A cell whose D_r reaches D_c breaks. Then, until nothing new breaks:
+
+1. the cell carries no stress any more; a node without a live cell becomes a fragment (T 2.3.6.3): it keeps
+   its mass and velocity and leaves every neighbourhood;
+2. links that cross a broken cell are cut (T 2.3.6.2) and the MLS of the touched rows is renewed (T 2.3.6.4);
+3. a row that sees nothing any more breaks the cells that need it.
+
+What the elastic energy loses in the event (the broken cell's rest, and the change of its neighbours'
+strain, whose nodes now see one lip only) is booked as "released".
+"""
+
+import numpy as np
+
+from ... import runtime
+from ...runtime import ti
+
+
+class Rupture:
+    """Owns the events of one simulation."""
+
+    def __init__(self, sim):
+        self.sim = sim
+        self.released = 0.0  # J
+        self.broken = 0  # cells
+        self.events = 0
+        self.fragments = 0
+
+    def happen(self) -> bool:
+        """Let the cells break that reached D_c in this step; True when any did."""
+        sim = self.sim
+        if not sim.material.breaks:
+            return False
+        n_new = int(sim.cells.n_new[0])
+        if n_new == 0:
+            return False
+        for pressure in sim.pressures:
+            pressure.before_rupture(sim.time)
+        before = sim.ledger.stored()
+        self.open(n_new, sim.time)
+        self.released += before - sim.ledger.stored()
+        self.events += 1
+        return True
+
+    def open(self, n_new: int, time: float) -> None:
+        """Break the cells on the list `new`, and whatever follows from it."""
+        sim = self.sim
+        cells, nodes = sim.cells, sim.nodes
+        while n_new:
+            self.broken += n_new
+            self.fragments += _break(cells, nodes, n_new, time)
+            sim.internal.drop(n_new)
+            touched = [(links, links.cut_through(cells, cells.new, n_new)) for links in sim.internal.links]
+            cells.n_new[0] = 0
+            for links, n_touched in touched:
+                links.renew_touched(n_touched)
+                sim.internal.restrain(links, n_touched)
+            n_new = int(cells.n_new[0])
+        cells.n_new[0] = 0
+
+    def cut(self, numbers: np.ndarray) -> None:
+        """Pre-cracks and notches: break these cells before anything moves."""
+        if len(numbers) == 0:
+            return
+        runtime.put(self.sim.cells.new, numbers.astype(np.int32))
+        self.open(len(numbers), float("nan"))
+
+    def state(self) -> dict[str, np.ndarray]:
+        return {
+            "rupture.released": np.array(self.released),
+            "rupture.counts": np.array([self.broken, self.events, self.fragments]),
+        }
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        self.released = float(state["rupture.released"])
+        self.broken, self.events, self.fragments = (int(k) for k in state["rupture.counts"])
+
+
+@ti.kernel
+def _break(cells: ti.template(), nodes: ti.template(), n_new: ti.i32, time: ti.f64) -> ti.i32:
+    fragments = 0
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        for m in range(n_new):
+            cells.broken[cells.new[m]] = 1
+        for m in range(n_new):
+            s = cells.new[m]
+            cells.rupture_time[s] = time
+            for k in range(cells.n_corners[s]):
+                i = cells.corner[s][k]
+                alive = 0
+                for q in range(cells.start_of_node[i], cells.start_of_node[i + 1]):
+                    alive += 1 - cells.broken[cells.of_node[q]]
+                if alive == 0 and nodes.fragment[i] == 0:
+                    nodes.fragment[i] = 1
+                    fragments += 1
+    return fragments

@@ -1,0 +1,193 @@
+"""The stable step from the operator itself: dt = 2 / omega_max of M^-1 K, by Arnoldi's iteration.
+
+K u is read off the force kernels with a displacement so small that they are linear, damage left out (it only
+softens). For the galerkin form K is symmetric and this is Lanczos, which approaches the largest eigenvalue from
+below; its own error bound (the residual of the Ritz pair) is added, so the step is not overestimated. The
+collocation form is not symmetric: the largest |lambda| counts.
+"""
+
+import numpy as np
+
+from ... import runtime
+from ...numerics.reduce import BLOCK
+from ...runtime import ti
+
+ROOM = 1.05  # frequency that a metal is given beyond what it needs, while it is compressed further
+AGAIN = 6  # iterations of such a look, from the mode found before
+
+STRAIN = {"f64": 1e-7, "f32": 1e-4}  # of the probing displacement
+
+
+class StableStep:
+    """Keeps dt below the limit: measured at the start, and again (every `look_every` steps of the form) after ruptures, which
+    renew the operator near the crack. dt never grows again.
+
+    A shell that is stretched gets stiffer: along a stretch l, the force S(E) l has the tangent (3 l^2 - 1) / 2 =
+    1 + 3 E times that at rest. A metal, whose stress follows the logarithmic strain (bodies/shell_sph/metal.py), gets stiffer where
+    it is compressed: E e_0 / l^2 in the plane, and its directors (e / e_0)^2 times as much, e / e_0 = 1 / det U; it may
+    change by percents in a step, so it is looked at every few steps and given more room.
+    """
+
+    def __init__(self, sim):
+        self.sim = sim
+        self.safety = sim.scene.numerics.time_step_safety
+        self.frequency, self.mode = largest_frequency(sim)
+        self.stiffer = 1.0  # frequency over that at rest
+        self.look_every = sim.internal.look_every
+        if sim.material.yields:
+            self.stiffer, self.look_every = ROOM, 10
+            self.blocks = -(-sim.cells.n // BLOCK)
+            self.partial = runtime.new("stable.partial", self.blocks, dtype="f64")
+        self.events, self.looked = sim.rupture.events, 0
+
+    @property
+    def dt(self) -> float:
+        """safety * 2 / omega_max [s]."""
+        return self.safety * 2.0 / (self.frequency * self.stiffer)
+
+    def _stretched(self) -> bool:
+        """Whether sound cells are stretched beyond what the step allows for: then it is shortened, with some room."""
+        cells = self.sim.cells
+        if self.sim.material.yields:
+            _stiffest(self.partial, cells, self.sim.material, cells.n, self.blocks)
+            needed = max(1.0, float(np.sqrt(runtime.get(self.partial, self.blocks).max())))
+            if not 1.02 * self.stiffer < needed < np.inf:
+                return False
+            self.stiffer = ROOM * needed
+            return True
+        g = runtime.get(cells.strain, cells.n)[:, :3].astype(np.float64)
+        kept = np.where(runtime.get(cells.broken, cells.n) == 0, 1.0 - runtime.get(cells.delayed, cells.n), 0.0)
+        largest = 0.5 * (g[:, 0] + g[:, 1]) + 0.5 * np.hypot(g[:, 0] - g[:, 1], g[:, 2])
+        needed = float(np.sqrt(np.nanmax(kept * (1.0 + 3.0 * largest), initial=1.0)))
+        if not 1.02 * self.stiffer < needed < np.inf:
+            return False
+        self.stiffer = 1.04 * needed
+        return True
+
+    def watch(self) -> bool:
+        """Look again when something broke or is stretched; True when the step has to be shortened."""
+        sim = self.sim
+        if sim.step % self.look_every == 0 and self._stretched():
+            return True
+        if sim.rupture.events == self.events or sim.step - self.looked < sim.internal.look_every:
+            return False
+        self.events, self.looked = sim.rupture.events, sim.step
+        frequency, self.mode = largest_frequency(sim, AGAIN, self.mode)
+        if frequency <= 1.001 * self.frequency:
+            return False
+        self.frequency = frequency
+        return True
+
+    def state(self) -> dict[str, np.ndarray]:
+        return {
+            "stable.mode": self.mode,
+            "stable.frequency": np.array([self.frequency, self.stiffer]),
+            "stable.seen": np.array([self.events, self.looked]),
+        }
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        self.mode = np.asarray(state["stable.mode"])
+        self.frequency, self.stiffer = (float(k) for k in state["stable.frequency"])
+        self.events, self.looked = (int(k) for k in state["stable.seen"])
+
+
+class Operator:
+    """M^-1/2 K M^-1/2 about the reference state, applied to mass-weighted unknowns of shape `shape`.
+
+    Columns: displacement components, then (where the shell bends) those of the director change, whose part
+    along the director is projected out. `close` puts the displacements back.
+    """
+
+    def __init__(self, sim, across: np.ndarray | None = None):
+        """across (N,): weight across the shell over weight along it, where masses are fictitious (relax)."""
+        self.sim = sim
+        nodes, n = sim.nodes, sim.nodes.n
+        self.u0 = runtime.get(nodes.u, n)
+        self.real = self.u0.dtype
+        self.scale = STRAIN[sim.scene.numerics.precision] * sim.spacing
+        self.root = np.sqrt(runtime.get(nodes.mass, n).astype(np.float64))[:, None] * np.ones(nodes.dim)
+        self.N = None
+        if nodes.bends:
+            self.d0 = runtime.get(nodes.d, n)
+            self.N = runtime.get(nodes.N, n).astype(np.float64)
+            inertia = np.sqrt(runtime.get(nodes.inertia, n).astype(np.float64))[:, None] * np.ones(3)
+            self.root = np.hstack([self.root, inertia])
+        self.lighter = None if across is None else 1.0 / np.sqrt(across) - 1.0
+        self.shape = self.root.shape
+
+    def _across(self, y: np.ndarray) -> np.ndarray:
+        """Without the part of the director change along the director."""
+        if self.N is None:
+            return y
+        d = y[:, 3:]
+        return np.hstack([y[:, :3], d - np.einsum("ni,ni->n", d, self.N)[:, None] * self.N])
+
+    def __call__(self, y: np.ndarray) -> np.ndarray:
+        sim, nodes, n = self.sim, self.sim.nodes, self.sim.nodes.n
+        w = self._lighten(self._across(y) / self.root)
+        # one size for displacements and for director changes, both small against 1 in their own unit
+        largest = np.abs(w[:, : nodes.dim]).max() / sim.spacing
+        if nodes.bends:
+            largest = max(largest, np.abs(w[:, 3:]).max())
+        size = self.scale / sim.spacing / max(largest, 1e-300)
+        runtime.put(nodes.u, (size * w[:, : nodes.dim]).astype(self.real))
+        if nodes.bends:
+            runtime.put(nodes.d, (size * w[:, 3:]).astype(self.real))
+        sim.internal.strain(0.0, intact=1)
+        sim.internal.force()
+        force = runtime.get(nodes.force, n).astype(np.float64)
+        if nodes.bends:
+            force = np.hstack([force, runtime.get(nodes.couple, n).astype(np.float64)])
+        return self._across(self._lighten(-force / size / self.root))
+
+    def _lighten(self, y: np.ndarray) -> np.ndarray:
+        """The rest of M^-1/2 where a node weighs less across the shell than along it."""
+        if self.lighter is None or self.N is None:
+            return y
+        normal = self.lighter * np.einsum("ni,ni->n", y[:, :3], self.N)
+        return np.hstack([y[:, :3] + normal[:, None] * self.N, y[:, 3:]])
+
+    def close(self) -> None:
+        runtime.put(self.sim.nodes.u, self.u0)
+        if self.N is not None:
+            runtime.put(self.sim.nodes.d, self.d0)
+
+
+def largest_frequency(sim, iterations: int = 40, start: np.ndarray | None = None, across=None) -> tuple[float, np.ndarray]:
+    """(omega_max [rad/s] with its error bound added, Ritz vector in mass-weighted displacements)."""
+    operator = Operator(sim, across)
+    q = np.random.default_rng(0).standard_normal(operator.shape) if start is None else start
+    basis = [q / np.linalg.norm(q)]
+    H = np.zeros((iterations + 1, iterations))
+    for k in range(iterations):
+        w = operator(basis[k])
+        for i, b in enumerate(basis):
+            H[i, k] = np.vdot(b, w)
+            w -= H[i, k] * b
+        H[k + 1, k] = np.linalg.norm(w)
+        if H[k + 1, k] < 1e-12 * abs(H[0, 0]):
+            break
+        basis.append(w / H[k + 1, k])
+    values, vectors = np.linalg.eig(H[: k + 1, : k + 1])
+    top = int(np.argmax(np.abs(values)))
+    bound = abs(H[k + 1, k] * vectors[-1, top])
+    ritz = sum(c * b for c, b in zip(vectors[:, top].real, basis))
+    operator.close()
+    return float(np.sqrt(abs(values[top]) + bound)), ritz
+
+
+@ti.kernel
+def _stiffest(partial: ti.template(), cells: ti.template(), material: ti.template(), n: ti.i32, blocks: ti.i32):
+    """Largest (omega / omega at rest)^2 of the live cells of a metal, block by block."""
+    for b in range(blocks):
+        most = ti.cast(0.0, ti.f64)
+        for s in range(b * BLOCK, ti.min(n, (b + 1) * BLOCK)):
+            if cells.broken[s] == 0:
+                g = ti.cast(cells.strain[s], ti.f64)
+                middle, radius = 1.0 + g[0] + g[1], ti.sqrt((g[0] - g[1]) ** 2 + g[2] * g[2])
+                least = ti.max(middle - radius, 1e-6)
+                stiffer = 1.0 / least
+                if ti.static(material.bends):
+                    stiffer = ti.max(stiffer, stiffer / (least * ti.max(middle + radius, 1e-6)))
+                most = ti.max(most, (1.0 - ti.cast(cells.delayed[s], ti.f64)) * stiffer)
+        partial[b] = most

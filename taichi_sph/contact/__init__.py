@@ -1,1 +1,0 @@
-"""Contact of bodies by pinballs and multipliers (T 3.3)."""

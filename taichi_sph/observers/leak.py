@@ -1,0 +1,118 @@
+"""Which water has left a tank: seen at the samples of the histories, by the nearest node of the shell.
+
+A particle is outside once the nearest node of the tank has it on the side of its director, which points out of a closed shell,
+by more than half the thickness, and so has the nearest one of the tank as it was: neither a bulge of the wall nor a lip bent inwards
+deceives it. It then counts as escaped for good. The tank is the largest piece that live cells hold together: a
+plug that the striker pushes through the water tells nothing. Only particles that may have come to a wall since they were last
+looked at are asked again: far inside, nothing can have happened.
+"""
+
+import numpy as np
+
+from .. import runtime
+
+
+class LeakGauge:
+    """Watches one fluid in one closed shell."""
+
+    def __init__(self, sim):
+        self.sim = sim
+        n = sim.fluid.p.n
+        self.outside = np.zeros(n, bool)  # by number at the start
+        self.room = np.zeros(n)  # m, how far a particle was from the shell when it was last looked at
+        self.looked = np.zeros(n)  # s, when
+        self.before = (0.0, 0.0)  # time [s] and escaped mass [kg] of the sample before
+        self.rate, self.jet = 0.0, np.zeros(3)  # kg/s, m/s: of the last sample
+        self.row = self._row(0.0)  # of the last sample; asking for it again changes nothing
+
+    def look(self) -> dict[str, float]:
+        """Looks, and returns the row of histories/leak.csv now."""
+        from scipy.spatial import cKDTree
+
+        sim, p = self.sim, self.sim.fluid.p
+        order = np.argsort(runtime.get(p.id, p.n))
+        x = runtime.get(p.x, p.n)[order]
+        v = runtime.get(p.v, p.n)[order].astype(np.float64)
+        fastest = max(sim.fluid.fastest(), np.linalg.norm(runtime.get(sim.nodes.v, sim.nodes.n), axis=1).max())
+        asked = np.flatnonzero(~self.outside & (self.room <= 2.0 * fastest * (sim.time - self.looked) + sim.spacing))
+        if len(asked):
+            nodes = sim.mesh.points + runtime.get(sim.nodes.u, sim.nodes.n)
+            director = runtime.get(sim.nodes.N, sim.nodes.n) + runtime.get(sim.nodes.d, sim.nodes.n)
+            tank = self._tank()
+            distance, nearest = cKDTree(nodes[tank]).query(x[asked])
+            beyond = np.einsum("ni,ni->n", x[asked] - nodes[tank][nearest], director[tank][nearest])
+            passed = np.flatnonzero(beyond > 0.5 * sim.shell.thickness)
+            if len(passed):
+                X, N = sim.mesh.points, runtime.get(sim.nodes.N, sim.nodes.n)
+                _, first = cKDTree(X).query(x[asked[passed]])
+                before = np.einsum("ni,ni->n", x[asked[passed]] - X[first], N[first])
+                passed = passed[before > 0.5 * sim.shell.thickness]
+            left = asked[passed]
+            self.outside[left] = True
+            self.room[asked], self.looked[asked] = distance, sim.time
+        else:
+            left = asked
+        mass = p.one * int(self.outside.sum())
+        since = sim.time - self.before[0]
+        if since > 0:
+            self.rate = (mass - self.before[1]) / since
+            self.before = (sim.time, mass)
+        if len(left):
+            self.jet = v[left].mean(axis=0)
+        self.row = self._row(mass)
+        return self.row
+
+    def _row(self, mass: float) -> dict[str, float]:
+        speed = float(np.linalg.norm(self.jet))
+        direction = self.jet / speed if speed else self.jet
+        return {
+            "escaped_mass": mass,
+            "escaped_count": int(self.outside.sum()),
+            "rate": self.rate,
+            "jet_speed": speed,
+            **{f"jet_{axis}": float(direction[c]) for c, axis in enumerate("xyz")},
+            "opening_area": self.opening(),
+        }
+
+    def _tank(self) -> np.ndarray:
+        """Numbers of the nodes of the largest piece."""
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        cells = self.sim.mesh.cells[runtime.get(self.sim.cells.broken, self.sim.cells.n) == 0]
+        first, other = cells[:, [0, 1, 2]].ravel(), cells[:, [1, 2, 3]].ravel()
+        n = self.sim.nodes.n
+        linked = other >= 0
+        links = coo_array((np.ones(linked.sum()), (first[linked], other[linked])), shape=(n, n))
+        _, piece = connected_components(links, directed=False)
+        return np.flatnonzero(piece == np.bincount(piece).argmax())
+
+    def opening(self) -> float:
+        """Area [m2] of the broken cells as they lie now, less what they had: cracks count by their width. A cell that has lost
+        a node to a fragment counts as it was."""
+        sim = self.sim
+        broken = np.flatnonzero(runtime.get(sim.cells.broken, sim.cells.n) == 1)
+        if not len(broken):
+            return 0.0
+        cells = sim.mesh.cells[broken]
+        corners = np.where(cells < 0, cells[:, :1], cells)
+        x = sim.mesh.points + runtime.get(sim.nodes.u, sim.nodes.n)
+        a, b, c, d = (x[corners[:, k]] for k in range(4))
+        now = 0.5 * np.linalg.norm(np.cross(c - a, d - b), axis=1)
+        was = sim.mesh.areas[broken]
+        lost = (runtime.get(sim.nodes.fragment, sim.nodes.n)[corners] == 1).any(axis=1)
+        return float(np.where(lost, was, np.clip(now - was, 0.0, 4.0 * was)).sum())
+
+    def state(self) -> dict[str, np.ndarray]:
+        return {
+            "leak.outside": self.outside,
+            "leak.room": self.room,
+            "leak.looked": self.looked,
+            "leak.numbers": np.array([*self.before, self.rate, *self.jet]),
+        }
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        self.outside = np.asarray(state["leak.outside"]).copy()
+        self.room, self.looked = np.asarray(state["leak.room"]).copy(), np.asarray(state["leak.looked"]).copy()
+        numbers = np.asarray(state["leak.numbers"])
+        self.before, self.rate, self.jet = (float(numbers[0]), float(numbers[1])), float(numbers[2]), numbers[3:6].copy()

@@ -1,0 +1,515 @@
+"""One run from scene to answer: plan, compute, write, tell. And its continuation after an interrupt.
+
+Events (samples, frames, checkpoints) are due at even times; at the first whole step at or past its time each
+is done once. What was done by a time follows from that time alone, so a resumed run goes on exactly
+where the checkpoint stands: later frames and rows of histories are dropped first, then made again.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import signal
+import threading
+import time as clock
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any, Protocol
+
+from ..errors import RunInterrupted, RunStopped, SceneError
+from ..scene.schema import Scene
+from ..scene.script import dump, load_scene
+from ..scene.study import Study
+from ..scene.units import show
+from . import speed
+from .plan import Plan, plan
+from .progress import Pace, Progress, bytes_text, duration_text, progress_line
+
+BEAT = 0.5  # s of wall clock between looks at the clock, the keyboard and the screen
+LEAK_UNITS = {
+    "escaped_mass": "kg", "escaped_count": "-", "rate": "kg/s", "jet_speed": "m/s", "jet_x": "-", "jet_y": "-", "jet_z": "-",
+    "opening_area": "m2",
+}  # fmt: skip
+SCENE_FILE, SUMMARY_FILE, LOG_FILE = "scene.json", "summary.json", "log.txt"
+OURS = ("frames", "histories", "checkpoints", "stopped", "pictures", "record.json", SUMMARY_FILE, LOG_FILE)
+
+
+class WorldLike(Protocol):
+    """What the run needs of world.world.World (tests use a small stand-in)."""
+
+    time: float
+    step: int
+    dt: float
+    dt_rule: str
+    n_nodes: int
+    stress_points: int
+    bytes: int
+    compile_seconds: float
+
+    def advance_to(self, time: float) -> None: ...
+    def probes(self) -> dict[str, dict[str, float]]: ...
+    def tracks(self, look: bool = True) -> dict[str, dict[str, float]]: ...
+    def contact_report(self) -> dict[str, float] | None: ...
+    def frame(self) -> Any: ...
+    def energies(self) -> dict[str, float]: ...
+    def status(self) -> dict[str, Any]: ...
+    def state(self) -> dict[str, Any]: ...
+    def restore(self, state: dict[str, Any]) -> None: ...
+
+
+@dataclass
+class Every:
+    """`count` even instants over `duration`; `following` is the number of the next one."""
+
+    count: int
+    duration: float
+    following: int = 0
+
+    def at(self, number: int) -> float:
+        return self.duration * number / self.count if self.count else float("inf")
+
+    def skip(self, time: float) -> None:
+        """Everything up to `time` [s] is done."""
+        while self.count and self.following <= self.count and self.at(self.following) <= time:
+            self.following += 1
+
+    def due(self, time: float) -> bool:
+        """Whether an instant was reached; it counts as done."""
+        if not self.count or self.following > self.count or self.at(self.following) > time:
+            return False
+        self.skip(time)
+        return True
+
+    @property
+    def next_time(self) -> float:
+        return self.at(self.following) if self.following <= self.count else float("inf")
+
+
+@dataclass
+class Clocks:
+    """Seconds spent, over all sessions of a run, and how it was started."""
+
+    command: str
+    threads: int
+    compile: float = 0.0
+    advance: float = 0.0
+    write: float = 0.0
+    processor: float = 0.0  # of all threads while advancing: what other programs on the machine take is not in it
+    sessions: int = 1
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        return {"compile": self.compile, "advance": self.advance, "write": self.write}
+
+
+def track_unit(name: str, column: str) -> str:
+    """Unit of a column of a body's history: of the leak its own, of a rigid body by its first letter."""
+    if name == "leak":
+        return LEAK_UNITS[column]
+    return {"v": "m/s", "f": "N"}.get(column[0], "m")
+
+
+def default_out(scene: Scene | Study) -> Path:
+    return Path("runs") / f"{scene.name}-{scene.quality}"
+
+
+def checked_plan(scene: Scene, arch: str) -> Plan:
+    """The plan, refused where this machine cannot hold the run."""
+    from ..output.measures import check_quantities
+
+    check_quantities(scene)
+    p = plan(scene, speed.recall(scene, arch))
+    available = _memory()
+    if available is not None and p.memory > available:
+        raise SceneError(
+            f"numerics.spacing {show(scene.numerics.spacing, 'm')} gives {p.nodes} nodes and needs about "
+            f"{bytes_text(p.memory)} of memory; this machine has {bytes_text(available)}"
+        )
+    return p
+
+
+def check_out(out: Path, need: int, mark: str = SCENE_FILE) -> None:
+    """`out` must be new, empty or an earlier run (or study, by its `mark`), writable, and on a disk with room."""
+    if out.exists() and not out.is_dir():
+        raise SceneError(f"--out '{out}' is a file; give a folder")
+    if out.is_dir() and any(out.iterdir()) and not (out / mark).is_file():
+        raise SceneError(f"--out '{out}' holds files that are not of a run; give a new or empty folder")
+    there = out
+    while not there.exists():
+        there = there.parent
+    if not there.is_dir() or not os.access(there, os.W_OK):
+        raise SceneError(f"--out '{out}' cannot be written: no permission in '{there}'")
+    free = shutil.disk_usage(there).free
+    if need > free:
+        raise SceneError(f"--out '{out}' needs about {bytes_text(need)}; the disk has {bytes_text(free)} free")
+
+
+def spare(out: Path) -> None:
+    """SceneError where `out` holds what a run would destroy: an earlier one, finished or not."""
+    if not (out / SCENE_FILE).is_file():
+        return
+    if (out / SUMMARY_FILE).is_file():
+        raise SceneError(f"'{out}' holds a finished run; replace it with --overwrite, or give another folder with --out")
+    if any((out / "checkpoints").glob("*")):
+        raise SceneError(f"'{out}' holds an interrupted run; go on with: taichi-sph resume {out}, or replace it with --overwrite")
+
+
+def run(
+    scene: Scene,
+    out: Path | None = None,
+    *,
+    arch: str = "cpu",
+    threads: int | None = None,
+    pictures: bool = True,
+    command: str = "",
+    progress: Progress | None = None,
+    simulation: Callable[..., WorldLike] | None = None,
+) -> Path:
+    """Runs a scene into the folder `out`, where it replaces an earlier run, and returns it. SceneError before anything
+    is written.
+
+    `command`: how the user would run it again, for the record.
+    """
+    out = out or default_out(scene)
+    progress = progress or Progress()
+    planned = checked_plan(scene, arch)
+    check_out(out, planned.disk)
+    tell_plan(scene, planned, progress)
+    with _signals() as asked:
+        clocks = Clocks(command=command or f"taichi-sph run {out / SCENE_FILE}", threads=threads or os.cpu_count() or 1)
+        sim = _simulation(scene, arch, threads, progress, simulation)
+        clocks.compile = sim.compile_seconds
+        _clear(out)
+        out.mkdir(parents=True, exist_ok=True)
+        (out / SCENE_FILE).write_text(dump(scene), encoding="utf-8")
+        progress.log_to(out / LOG_FILE)
+        session = _Session(scene, out, sim, arch, clocks, progress, asked, None)
+        session.compute()
+    return session.finish(pictures)
+
+
+def resume(
+    out: Path,
+    *,
+    arch: str = "cpu",
+    threads: int | None = None,
+    pictures: bool = True,
+    progress: Progress | None = None,
+    simulation: Callable[..., WorldLike] | None = None,
+) -> Path:
+    """Goes on from the newest checkpoint of a run, as if it had never stopped."""
+    from ..output import checkpoint, record
+
+    out = Path(out)
+    if not (out / SCENE_FILE).is_file():
+        raise SceneError(f"'{out}' is not a run: it has no {SCENE_FILE}")
+    if (out / SUMMARY_FILE).is_file():
+        raise SceneError(f"the run in '{out}' is finished: there is nothing to resume")
+    progress = progress or Progress()
+    scene = load_scene(out / SCENE_FILE)
+    saved = checkpoint.load(checkpoint.latest(out / "checkpoints"), record.scene_hash(scene))
+    progress.say(f"resuming '{scene.name}' at t = {show(saved.time, 's')}, step {saved.step}")
+    with _signals() as asked:
+        sim = _simulation(scene, arch, threads, progress, simulation)
+        sim.restore(saved.state)
+        known = {f.name for f in fields(Clocks)}
+        clocks = Clocks(
+            **{"command": "", **{k: v for k, v in saved.extra.items() if k in known}, "threads": threads or os.cpu_count() or 1}
+        )
+        clocks.sessions += 1
+        clocks.compile += sim.compile_seconds
+        progress.log_to(out / LOG_FILE, append=True)
+        session = _Session(scene, out, sim, arch, clocks, progress, asked, saved.time)
+        session.compute()
+    return session.finish(pictures)
+
+
+class _Session:
+    """The loop of one run, from t = 0 or from a checkpoint on."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        out: Path,
+        sim: WorldLike,
+        arch: str,
+        clocks: Clocks,
+        progress: Progress,
+        asked: list[str],
+        resumed_at: float | None,
+    ) -> None:
+        from ..output.frames import FramesWriter
+        from ..output.histories import HistoryWriter
+
+        self.scene, self.out, self.sim, self.arch, self.clocks = scene, out, sim, arch, clocks
+        self.progress, self.asked = progress, asked
+        self.energies = sim.energies()
+        self.frames = FramesWriter(out / "frames", resumed_at)
+        # energies are known at the time of the last force evaluation, a step before the state's
+        energies_at = None if resumed_at is None else self.energies["time"]
+        columns = {"time": "s"} | {k: "%" if k.endswith("_percent") else "J" for k in self.energies if k != "time"}
+        self.history = HistoryWriter(out / "histories" / "energies.csv", columns, energies_at)
+        self.counts = HistoryWriter(
+            out / "histories" / "progress.csv",
+            {"time": "s", "step": "-", "dt": "s"} | {k: getattr(sim, "status_units", {}).get(k, "-") for k in sim.status()},
+            resumed_at,
+        )
+        self.probes = {
+            name: HistoryWriter(
+                out / "histories" / f"probe_{name}.csv",
+                {"time": "s"} | {k: "m/s" if k.startswith("v") else "m" for k in values},
+                resumed_at,
+            )
+            for name, values in (sim.probes() if scene.output.probes else {}).items()
+        }
+        self.tracks = {
+            name: HistoryWriter(out / "histories" / f"{name}.csv", {"time": "s"} | {k: track_unit(name, k) for k in values}, resumed_at)
+            for name, values in sim.tracks(look=False).items()
+        }
+        o = scene.output
+        self.sample = Every(o.samples, scene.duration)
+        self.picture = Every(o.frames, scene.duration)
+        self.save = Every(o.checkpoints, scene.duration, following=1)
+        if resumed_at is not None:
+            for every in (self.sample, self.picture, self.save):
+                every.skip(self._now)
+
+    @property
+    def _now(self) -> float:
+        """The time, but for the rounding of a sum of steps."""
+        return self.sim.time + 1e-6 * self.sim.dt
+
+    def compute(self) -> None:
+        """To the end of the scene, or to what ends it before."""
+        try:
+            self._loop()
+        except RunStopped as stop:
+            self._keep_stopped()
+            self.progress.say(f"the state was saved in {self.out / 'stopped'}")
+            self.progress.note(str(stop))
+            raise
+        except RunInterrupted as interrupt:
+            self.progress.note(str(interrupt))
+            raise
+        finally:
+            self.history.close()
+            self.counts.close()
+            for writer in (*self.probes.values(), *self.tracks.values()):
+                writer.close()
+            self.progress.close()
+
+    def _loop(self) -> None:
+        sim, duration = self.sim, self.scene.duration
+        beat_steps, pace = 1, Pace(duration)
+        self._events()
+        while self._now < duration:
+            if self.asked:
+                self._interrupt()
+            target = min(duration, self.sample.next_time, self.picture.next_time, self.save.next_time)
+            # a smaller target only returns earlier, it never changes a step
+            target = min(target, sim.time + beat_steps * sim.dt)
+            before, worked, steps = clock.monotonic(), clock.process_time(), sim.step
+            sim.advance_to(target)
+            spent = clock.monotonic() - before
+            self.clocks.advance += spent
+            self.clocks.processor += clock.process_time() - worked
+            if spent > 0 and sim.step > steps:
+                beat_steps = max(1, min(4 * beat_steps, int((sim.step - steps) / spent * BEAT)))
+            self._events()
+            self.progress.update(
+                progress_line(sim.time, duration, sim.dt, sim.dt_rule, pace.left(sim.time), self.energies, sim.status()),
+                force=self._now >= duration,
+            )
+        if self.asked:
+            self._interrupt()
+
+    def _events(self) -> None:
+        before = clock.monotonic()
+        sim = self.sim
+        if self.sample.due(self._now):
+            self.energies = sim.energies()
+            self.history.append(self.energies)
+            self.counts.append({"time": sim.time, "step": sim.step, "dt": sim.dt, **sim.status()})
+            for name, values in (sim.probes() if self.probes else {}).items():
+                self.probes[name].append({"time": sim.time, **values})
+            for name, values in (sim.tracks() if self.tracks else {}).items():
+                self.tracks[name].append({"time": sim.time, **values})
+        if self.picture.due(self._now):
+            self.frames.append(sim.frame())
+        if self.save.due(self._now):
+            self._checkpoint("checkpoints")
+        self.clocks.write += clock.monotonic() - before
+
+    def _checkpoint(self, folder: str) -> Path:
+        from ..output import checkpoint, record
+
+        return checkpoint.save(
+            self.out / folder,
+            scene_hash=record.scene_hash(self.scene),
+            time=self.sim.time,
+            step=self.sim.step,
+            state=self.sim.state(),
+            keep=self.scene.output.keep_checkpoints,
+            extra=asdict(self.clocks),
+        )
+
+    def _interrupt(self) -> None:
+        path = self._checkpoint("checkpoints")
+        raise RunInterrupted(
+            f"interrupted by {self.asked[0]} at t = {show(self.sim.time, 's')}; checkpoint {path} was written, "
+            f"go on with: taichi-sph resume {self.out}"
+        )
+
+    def _keep_stopped(self) -> None:
+        """Beside the checkpoints, not among them: a resume must not start from a state that failed."""
+        self._checkpoint("stopped")
+        with contextlib.suppress(ValueError):
+            self.frames.append(self.sim.frame())
+
+    def finish(self, pictures: bool) -> Path:
+        """Record, summary, pictures, and the answer."""
+        self.progress.log_to(self.out / LOG_FILE, append=True)
+        try:
+            self._write_results(pictures)
+        finally:
+            self.progress.close()
+        return self.out
+
+    def _write_results(self, pictures: bool) -> None:
+        from ..output.answer import answer
+        from ..output.folder import RunFolder
+        from ..output.record import write_record
+        from ..output.summary import write_summary
+
+        sim, c = self.sim, self.clocks
+        how = {"command": c.command, "arch": self.arch, "threads": c.threads, "steps": sim.step, "seconds": c.seconds}
+        write_record(self.out, self.scene, state=sim.state(), **how)
+        with RunFolder(self.out) as folder:
+            counted = {"nodes": sim.n_nodes, "stress_points": sim.stress_points, "processor": c.processor, "bytes": sim.bytes}
+            summary = write_summary(folder, **counted, contact=sim.contact_report(), **how)
+            lines = answer(folder, summary)
+        if c.advance > 1.0:  # shorter ones measure the start
+            speed.remember(self.scene, self.arch, summary["node_steps_per_second"])
+        drawn = draw(self.out, self.progress) if pictures else []
+        if "contact" in summary:
+            lines = [*lines, contact_text(summary["contact"])]
+        for line in ("", *lines, ""):
+            self.progress.say(line)
+        self.progress.say(f"written: {self.out}{os.sep} with {SUMMARY_FILE}, record.json, histories, frames (for ParaView)")
+        for path in drawn:
+            self.progress.say(f"picture: {path}")
+
+
+def contact_text(contact: dict[str, float]) -> str:
+    """One line on how contact was solved and what it cost."""
+    text = (
+        f"contact: {contact['iterations_per_step']:.1f} iterations a step, {100 * contact['share']:.0f} % of the time; deepest "
+        f"penetration {show(contact['penetration'], 'm')}"
+    )
+    if contact["unsolved"]:
+        text += f"; {contact['unsolved']:.0f} of {contact['solves']:.0f} steps ended above the tolerance"
+    return text
+
+
+def draw(out: Path, progress: Progress | None = None, movie: bool = False) -> list[Path]:
+    """Pictures of a run, from its files, or its movie alone; without the drawing packages a line that says how to get them."""
+    from ..output.folder import RunFolder
+
+    progress = progress or Progress()
+    with RunFolder(out) as folder:
+        folder.frames()  # a sentence where there is nothing to draw
+    if not can_draw(progress):
+        return []
+    from ..render import render_run
+
+    return render_run(out, progress.say, movie)
+
+
+def can_draw(progress: Progress) -> bool:
+    """Whether the drawing packages are there; says how to get them where not."""
+    from importlib.util import find_spec
+
+    missing = [name for name in ("matplotlib", "PIL") if find_spec(name) is None]  # without pyvista matplotlib draws
+    if missing:
+        progress.say(f"no pictures: {missing[0]} is missing; get it with: pip install 'taichi-sph[render]'")
+    return not missing
+
+
+def tell_plan(scene: Scene, p: Plan, progress: Progress) -> None:
+    """The lines of `validate`."""
+    progress.say(f"{scene.title} ({scene.name}, {scene.quality}{parameters_text(scene)})")
+    for body in p.bodies:
+        mass = f"mass {body.mass:.6g} kg"
+        if body.analytic_mass:
+            mass += f" (analytic {body.analytic_mass:.6g} kg, {100 * (body.mass / body.analytic_mass - 1):+.1e} %)"
+        spacing = f"{show(body.spacing_min, 'm')}"
+        if body.spacing_max > 1.0001 * body.spacing_min:
+            spacing += f" to {show(body.spacing_max, 'm')}"
+        progress.say(
+            f"  {body.name}: {body.nodes} nodes, {body.stress_points} stress points, spacing {spacing}, "
+            f"thickness {show(body.thickness, 'm')}, {mass}"
+        )
+        if body.note:
+            progress.say(f"  {body.name}: {body.note}")
+    n = scene.numerics
+    progress.say(f"  {n.formulation.kind}, {n.precision}, duration {show(scene.duration, 's')}")
+    memory = f"{bytes_text(p.memory)} ({bytes_text(p.memory / max(p.nodes, 1))} per node)"
+    progress.say(
+        f"  estimated: dt {show(p.dt, 's')}, {p.steps} steps, memory {memory}, disk {bytes_text(p.disk)}, {duration_text(p.seconds)}"
+    )
+
+
+def parameters_text(scene: Scene | Study) -> str:
+    """', a = 8, formulation = galerkin'."""
+    return "".join(f", {k} = {v:g}" if isinstance(v, float) else f", {k} = {v}" for k, v in scene.parameters.items())
+
+
+def _simulation(scene: Scene, arch: str, threads: int | None, progress: Progress, factory: Callable[..., WorldLike] | None) -> WorldLike:
+    progress.say(f"compiling for {arch} (kept for the next run) ...")
+    began = clock.monotonic()
+    if factory is None:
+        from ..world.world import World as factory
+    sim = factory(scene, arch=arch, threads=threads)
+    progress.say(f"compiled and built in {clock.monotonic() - began:.1f} s; dt {show(sim.dt, 's')}, ruled by {sim.dt_rule}")
+    return sim
+
+
+@contextlib.contextmanager
+def _signals() -> Iterator[list[str]]:
+    """Ctrl-C and SIGTERM become entries of a list; a second Ctrl-C ends at once."""
+    asked: list[str] = []
+    if threading.current_thread() is not threading.main_thread():
+        yield asked
+        return
+
+    def note(number: int, _: Any) -> None:
+        if asked and number == signal.SIGINT:
+            raise KeyboardInterrupt
+        asked.append(signal.Signals(number).name)
+
+    before = {s: signal.signal(s, note) for s in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield asked
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _clear(out: Path) -> None:
+    """Removes what an earlier run left, and nothing else."""
+    for name in OURS if (out / SCENE_FILE).is_file() else ():
+        path = out / name
+        if path.is_dir():
+            shutil.rmtree(path)
+        else:
+            path.unlink(missing_ok=True)
+
+
+def _memory() -> int | None:
+    """Bytes of main memory, None where the system does not say."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError):
+        return None

@@ -1,1 +1,0 @@
-"""The algorithm: step, stable time step, rupture, energy ledger, watchdog, and the simulation that owns them."""

@@ -1,0 +1,168 @@
+"""Natural modes about the reference: the lowest eigenpairs of M^-1/2 K M^-1/2, read off the running force kernels.
+
+Nodes farther apart than twice the reach of a node's force do not share a row of K: they are displaced together, so
+the whole sparse matrix takes some hundred force evaluations whatever the number of nodes. What motions hold is left
+out; a director has the two turns across itself, less what a held spin takes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ... import runtime
+from ...bodies.shell_sph.stable_dt import Operator
+
+STILL = 1e-3  # a mode is rigid when its frequency is below this part of the next one's
+SHOWN = 0.1  # largest displacement of a mode's picture, over the size of the body
+
+
+class ModeSearch:
+    """Steps through the flexible modes of a simulation, lowest first: each becomes its displacements.
+
+    frequency (count,) [Hz], shapes (count, N, 6) mass-normalised, rigid: how many modes are still.
+    """
+
+    def __init__(self, sim, count: int):
+        self.sim, self.count, self.shown, self.work = sim, count, -1, 0.0
+        self.frequency, self.shapes, self.rigid = lowest(sim, count)
+
+    def settle(self, time: float) -> None:
+        """Show the next mode."""
+        sim = self.sim
+        self.shown = min(self.shown + 1, self.count - 1)
+        sim.step += 1
+        shape = self.shapes[self.shown]
+        size = float(np.ptp(sim.mesh.points, axis=0).max())
+        scale = SHOWN * size / max(np.linalg.norm(shape[:, :3], axis=1).max(), 1e-300)
+        n, dim = sim.nodes.n, sim.nodes.dim
+        runtime.put(sim.nodes.u, (scale * shape[:, :dim]).astype(runtime.get(sim.nodes.u, n).dtype))
+        if sim.nodes.bends:
+            N = runtime.get(sim.nodes.N, n)
+            director = N + scale * shape[:, 3:]
+            director /= np.linalg.norm(director, axis=1)[:, None]
+            runtime.put(sim.nodes.d, (director - N).astype(N.dtype))
+
+    def state(self) -> dict[str, np.ndarray]:
+        return {"modes.shown": np.array(self.shown)}
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        self.shown = int(state["modes.shown"])
+
+    def status(self) -> dict[str, float]:
+        return {
+            "mode": self.shown + 1,
+            "frequency": float(self.frequency[max(self.shown, 0)]),
+            "rigid_modes": self.rigid,
+        }
+
+    units = {"frequency": "Hz"}
+    rule = "one natural mode a step"
+
+
+def free_directions(sim) -> np.ndarray:
+    """(N, c, f) orthonormal directions in which each node may move, of its c unknowns (u, then d); zero columns
+    where a motion or the director leaves none."""
+    nodes, n, dim = sim.nodes, sim.nodes.n, sim.nodes.dim
+    c = dim + 3 if nodes.bends else dim
+    free = np.zeros((n, c, c))
+    free[:, range(dim), range(dim)] = 1.0
+    fixed = runtime.get(nodes.fixed, n)
+    if sim.loads.moves:
+        mask = runtime.get(sim.loads.mask, int(fixed.max(initial=0)))
+        held = fixed > 0
+        keep = np.ones((int(held.sum()), c))
+        keep[:, :dim] -= mask[fixed[held] - 1]
+        free[held] *= keep[:, None, :]
+    if nodes.bends:
+        N = runtime.get(nodes.N, n).astype(np.float64)
+        axes = np.tile(np.eye(3), (n, 1, 1))
+        if sim.loads.moves:
+            spin = runtime.get(sim.loads.spin_mask, int(fixed.max(initial=0)))
+            axes[held] *= 1.0 - spin[fixed[held] - 1].astype(float)[:, :, None]
+        turned = np.cross(axes, N[:, None, :]).transpose(0, 2, 1)  # columns: what a turn about an axis does to N
+        vectors, size, _ = np.linalg.svd(turned)
+        free[:, 3:, 3:] = vectors * (size > 1e-6)[:, None, :]
+    return free
+
+
+def stiffness(sim):
+    """Sparse M^-1/2 K M^-1/2 (free unknowns) [1/s2], the (N, c, f) directions of its unknowns with the number of each,
+    -1 where there is none, and the (N, c) roots of the masses."""
+    import scipy.sparse
+    from scipy.spatial import cKDTree
+
+    operator = Operator(sim)
+    X = sim.mesh.points
+    support = 2.0 * sim.scene.numerics.formulation.support * float(sim.mesh.node_spacing.max())
+    ends = X[np.where(sim.mesh.cells < 0, sim.mesh.cells[:, :1], sim.mesh.cells)]
+    longest = float(np.linalg.norm(ends[:, :, None] - ends[:, None, :], axis=3).max())
+    reach = 2.0 * support + longest
+    tree = cKDTree(X)
+    colour = _colours(tree, X, 2.0 * reach)
+    free = free_directions(sim)
+    n, c, f = free.shape
+    present = np.abs(free).max(axis=1) > 0.5
+    number = np.where(present, np.cumsum(present.ravel()).reshape(present.shape) - 1, -1)
+    rows, columns, values = [], [], []
+    for k in range(colour.max() + 1):
+        chosen = np.flatnonzero(colour == k)
+        _, owner = cKDTree(X[chosen]).query(X)
+        owner = chosen[owner]
+        near = np.linalg.norm(X - X[owner], axis=1) <= reach
+        for direction in range(f):
+            y = np.zeros(operator.shape)
+            y[chosen] = free[chosen, :, direction]
+            if not y.any():
+                continue
+            out = 0.5 * (operator(y) - operator(-y))  # what is of second order cancels
+            out = np.einsum("ncf,nc->nf", free, out)
+            i, g = np.nonzero(present & near[:, None] & present[owner, direction][:, None])
+            rows.append(number[i, g])
+            columns.append(number[owner[i], direction])
+            values.append(out[i, g])
+    operator.close()
+    size = int(present.sum())
+    where = (np.concatenate(rows), np.concatenate(columns))
+    A = scipy.sparse.csc_array((np.concatenate(values), where), shape=(size, size))
+    return A, free, number, operator.root
+
+
+def _colours(tree, X: np.ndarray, apart: float) -> np.ndarray:
+    """(N,) numbers such that nodes of the same one are more than `apart` from each other."""
+    colour = np.full(len(X), -1)
+    for i in range(len(X)):
+        taken = colour[tree.query_ball_point(X[i], apart)]
+        used = np.zeros(len(taken) + 1, bool)
+        used[taken[(taken >= 0) & (taken <= len(taken))]] = True
+        colour[i] = int(np.argmin(used))
+    return colour
+
+
+def lowest(sim, count: int) -> tuple[np.ndarray, np.ndarray, int]:
+    """Frequencies [Hz] (count,) of the lowest flexible modes, their shapes (count, N, 6), the number of rigid ones."""
+    import scipy.sparse
+    from scipy.sparse.linalg import eigsh
+
+    A, free, number, root = stiffness(sim)
+    A = 0.5 * (A + A.T)  # but for rounding it is symmetric
+    wanted = min(count + 6, A.shape[0] - 2)
+    # a shift beside zero, which may be an eigenvalue: far below the lowest flexible one, far above rounding
+    shift = -1e-9 * float(A.diagonal().max())
+    start = np.random.default_rng(0).standard_normal(A.shape[0])
+    values, vectors = eigsh(scipy.sparse.csc_matrix(A), k=wanted, sigma=shift, which="LM", v0=start)
+    order = np.argsort(values)
+    values, vectors = np.maximum(values[order], 0.0), vectors[:, order]
+    omega = np.sqrt(values)
+    rigid = 0
+    for k in range(min(6, wanted - 1), 0, -1):
+        if omega[k - 1] < STILL * omega[k]:
+            rigid = k
+            break
+    chosen = slice(rigid, rigid + count)
+    n, c, f = free.shape
+    shapes = []
+    for vector in vectors[:, chosen].T:
+        entries = np.where(number >= 0, vector[np.maximum(number, 0)], 0.0)
+        shape = np.einsum("ncf,nf->nc", free, entries) / root
+        shapes.append(np.hstack([shape[:, : sim.nodes.dim], np.zeros((n, 3 - sim.nodes.dim)), shape[:, sim.nodes.dim :]]))
+    return omega[chosen] / (2.0 * np.pi), np.array(shapes), rigid

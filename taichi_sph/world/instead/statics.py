@@ -1,0 +1,245 @@
+"""Equilibrium by dynamic relaxation: the same forces, fictitious masses, and damping near the critical one.
+
+    v <- ((1 - c dt/2) v + dt M^-1 f) / (1 + c dt/2),   u <- u + dt v           (Papadrakakis 1981)
+    c  = 2 omega_0,   omega_0^2 = -sum du . df / sum du . M du                  Rayleigh quotient of the last move
+
+M is diagonal in the frame of the director: across the shell a node weighs G_s / K of its mass along it, so that
+bending, slow in a thin shell, moves at the pace of the membrane. The residual is the norm of the unbalanced
+forces (couples over D) of the free components over that of the applied load.
+"""
+
+import numpy as np
+
+from ... import runtime
+from ...bodies.nodal.loads import undrilled
+from ...bodies.shell_sph.pressure import LEAVE
+from ...bodies.shell_sph.stable_dt import largest_frequency
+from ...errors import RunStopped
+from ...runtime import ti
+
+LOOK = 25  # steps between two looks at residual and damping
+
+
+@ti.data_oriented
+class Relaxation:
+    """Brings one simulation to equilibrium under the loads of a pseudo-time."""
+
+    def __init__(self, sim, tolerance: float, max_steps: int):
+        self.sim, self.tolerance, self.max_steps = sim, tolerance, max_steps
+        nodes = sim.nodes
+        self.ratio = runtime.new("relax.ratio", nodes.n)  # weight across the shell over weight along it
+        self.before = runtime.new("relax.before", nodes.n, nodes.dim)  # force of the step before
+        self.sums = runtime.new("relax.sums", nodes.n, 3)  # -du . df, du . M du, |f|^2
+        self.total = runtime.new("relax.total", 1, 3, "f64")
+        if nodes.bends:
+            self.before_couple = runtime.new("relax.before_couple", nodes.n, 3)
+            k_n = runtime.get(sim.cells.shear, sim.cells.n).mean()
+            material = sim.material
+            K = material.young[0] * material.thickness[0] / (1.0 - material.poisson[0] ** 2)
+            runtime.put(self.ratio, np.full(nodes.n, min(1.0, k_n / K)))
+        else:
+            runtime.put(self.ratio, np.ones(nodes.n))
+        frequency, _ = largest_frequency(sim, 40, across=runtime.get(self.ratio, nodes.n).astype(np.float64))
+        self.dt = 0.95 * 2.0 / frequency
+        self.damping = 0.0
+        self.load = 0.0  # norm of the applied load
+        self.residual = 0.0
+        self.steps = 0
+        self.work = 0.0  # J, of the loads: trapezoidal over the increments, which start from no load
+        self._booked = None  # displacements, forces, directors, moments of the increment before
+
+    def status(self) -> dict[str, float]:
+        return {"relaxation_steps": self.steps, "residual": self.residual}
+
+    @property
+    def rule(self) -> str:
+        return f"{self.sim.scene.static.increments} equal load increments"
+
+    def state(self) -> dict[str, np.ndarray]:
+        n, dim = self.sim.nodes.n, self.sim.nodes.dim
+        u, force, director, moment = self._booked or (None, None, None, None)
+        return {
+            "relax.numbers": np.array([self.steps, self.load, self.residual, self.work, self._booked is not None]),
+            "relax.ratio": runtime.get(self.ratio, n),
+            "relax.u": np.zeros((n, dim)) if u is None else u,
+            "relax.force": np.zeros((n, dim)) if force is None else force,
+            "relax.director": np.zeros((n, 3)) if director is None else director,
+            "relax.moment": np.zeros((n, 3)) if moment is None else moment,
+        }
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        steps, self.load, self.residual, self.work, booked = (float(x) for x in state["relax.numbers"])
+        self.steps = int(steps)
+        runtime.put(self.ratio, np.asarray(state["relax.ratio"]))
+        bends, twists = self.sim.nodes.bends, self.sim.loads.twists
+        self._booked = None
+        if booked:
+            director = np.asarray(state["relax.director"]) if bends else None
+            moment = np.asarray(state["relax.moment"]) if twists else None
+            self._booked = (np.asarray(state["relax.u"]), np.asarray(state["relax.force"]), director, moment)
+        self.sim.loads.update(self.sim.time)
+
+    def settle(self, time: float) -> None:
+        """Equilibrium under the loads at pseudo-time `time`; RunStopped when it does not come."""
+        sim = self.sim
+        sim.loads.update(time)
+        self._settle(time)
+        self._book()
+
+    def _book(self) -> None:
+        """External work of the increment that has just been settled."""
+        sim = self.sim
+        nodes, loads, n = sim.nodes, sim.loads, sim.nodes.n
+        u = runtime.get(nodes.u, n).astype(np.float64)
+        force = runtime.get(loads.force.total, n).astype(np.float64) if loads.pushes else np.zeros_like(u)
+        director = runtime.get(nodes.N, n) + runtime.get(nodes.d, n) if nodes.bends else None
+        moment = runtime.get(loads.moment.total, n).astype(np.float64) if loads.twists else None
+        if self._booked is None:
+            start = runtime.get(nodes.N, n) if nodes.bends else None
+            self._booked = (0.0 * u, 0.0 * force, start, None if moment is None else 0.0 * moment)
+        u0, force0, director0, moment0 = self._booked
+        self.work += 0.5 * float(np.sum((force + force0) * (u - u0)))
+        if moment is not None:
+            axis = np.cross(director0, director)  # the turn from one director to the next, as a vector
+            sine = np.linalg.norm(axis, axis=1)
+            angle = np.arctan2(sine, np.einsum("ni,ni->n", director0, director))
+            turn = axis * (angle / np.maximum(sine, 1e-300))[:, None]
+            self.work += 0.5 * float(np.sum((moment + moment0) * turn))
+        self._booked = (u, force, director, moment)
+
+    def _keep(self) -> None:
+        nodes = self.sim.nodes
+        self._start = [(f, f.to_numpy()) for f in ([nodes.u, nodes.d] if nodes.bends else [nodes.u])]
+
+    def _again(self) -> bool:
+        """Back to the start of the increment with nodes four times heavier across the shell; False when they weigh
+        the same in all directions already. A surface that curves in turns its membrane across itself."""
+        n = self.sim.nodes.n
+        ratio = runtime.get(self.ratio, n)
+        if ratio.min() >= 1.0:
+            return False
+        runtime.put(self.ratio, np.minimum(4.0 * ratio, 1.0))
+        for field, values in self._start:
+            field.from_numpy(values)
+        return True
+
+    def _settle(self, time: float) -> None:
+        sim = self.sim
+        self._keep()
+        self._rest()
+        for k in range(self.max_steps):
+            sim.internal.strain(0.0)
+            for pressure in sim.pressures:
+                pressure.press(time, LEAVE)
+            sim.internal.force()
+            _relax(self, sim.nodes, sim.loads, sim.nodes.n, self.dt, self.damping, sim.spacing)
+            self.steps += 1
+            sim.step += 1
+            self._since += 1
+            if self._since % LOOK == 0 or self._since == 1:
+                if self._look():
+                    for pressure in sim.pressures:
+                        pressure.press(time)
+                    return
+                if not self.residual < 1e3:
+                    if not self._again():
+                        raise RunStopped(
+                            f"shell '{sim.shell.name}': the relaxation diverged after {k} steps at load {time:g}; the"
+                            " load is likely beyond a limit point: use more static.increments"
+                        )
+                    self._rest()
+        raise RunStopped(
+            f"shell '{sim.shell.name}': no equilibrium at load {time:g} after {self.max_steps} steps; the residual is"
+            f" {self.residual:.3g}, wanted {self.tolerance:g}: raise static.max_steps or static.residual"
+        )
+
+    def _rest(self) -> None:
+        """Start from rest."""
+        nodes = self.sim.nodes
+        nodes.v.fill(0.0)
+        if nodes.bends:
+            nodes.omega.fill(0.0)
+        self.damping, self._since = 0.0, 0
+
+    def _look(self) -> bool:
+        """Residual and damping of the moment; True at equilibrium."""
+        _sum(self, self.sim.nodes.n)
+        work, weight, force2 = runtime.get(self.total, 1)[0]
+        norm = float(np.sqrt(force2))
+        if self._since == 1:
+            self.load = max(self.load, norm)
+        else:
+            self.damping = min(2.0 * np.sqrt(max(work / max(weight, 1e-300), 0.0)), 1.0 / self.dt)
+        self.residual = norm / max(self.load, 1e-300)
+        return self._since > 1 and self.residual < self.tolerance
+
+
+@ti.kernel
+def _relax(relax: ti.template(), nodes: ti.template(), loads: ti.template(), n: ti.i32, dt: float, c: float, spacing: float):
+    slow, quick = 1.0 - 0.5 * c * dt, 1.0 / (1.0 + 0.5 * c * dt)
+    for i in range(n):
+        force = nodes.force[i]
+        couple = force
+        if ti.static(loads.pushes):
+            force += loads.force.total[i]
+        director = force
+        if ti.static(nodes.bends):
+            director = nodes.N[i] + nodes.d[i]
+            couple = director.cross(nodes.couple[i])
+            if ti.static(loads.twists):
+                couple += loads.moment.total[i] - loads.moment.total[i].dot(director) * director
+        if ti.static(loads.moves):
+            if nodes.fixed[i] > 0:
+                g = nodes.fixed[i] - 1
+                for k in ti.static(range(nodes.dim)):
+                    if loads.mask[g][k] == 1:
+                        force[k] = 0.0
+                if ti.static(nodes.bends):
+                    for k in ti.static(range(3)):
+                        if loads.spin_mask[g][k] == 1:
+                            couple[k] = 0.0
+                    couple = undrilled(loads, g, director, couple)
+        push = force / nodes.mass[i]
+        if ti.static(nodes.bends):
+            push += (1.0 / relax.ratio[i] - 1.0) * push.dot(director) * director
+            if ti.static(loads.moves):
+                if nodes.fixed[i] > 0:
+                    for k in ti.static(range(3)):
+                        if loads.mask[nodes.fixed[i] - 1][k] == 1:
+                            push[k] = 0.0
+        # the last move led from the force before to this one; the next move would turn the sign of what is quick
+        v = nodes.v[i]
+        weight = nodes.mass[i] * v.dot(v)
+        if ti.static(nodes.bends):
+            weight += nodes.mass[i] * (relax.ratio[i] - 1.0) * v.dot(director) ** 2
+        work = -v.dot(force - relax.before[i]) / dt
+        v = (slow * v + dt * push) * quick
+        norm = force.dot(force)
+        relax.before[i] = force
+        nodes.v[i] = v
+        nodes.u[i] += dt * v
+        if ti.static(nodes.bends):
+            omega = nodes.omega[i]
+            weight += nodes.inertia[i] * omega.dot(omega)
+            work -= omega.dot(couple - relax.before_couple[i]) / dt
+            omega = (slow * omega + dt / nodes.inertia[i] * couple) * quick
+            norm += couple.dot(couple) / (spacing * spacing)
+            relax.before_couple[i] = couple
+            theta = dt * omega
+            angle = ti.max(theta.norm(), 1e-30)
+            turned = theta.cross(director)
+            d = nodes.d[i] + ti.sin(angle) / angle * turned
+            d += 2.0 * (ti.sin(0.5 * angle) / angle) ** 2 * theta.cross(turned)
+            m = nodes.N[i] + d
+            nodes.d[i] = d + 0.5 * (1.0 - m.dot(m)) * m
+            nodes.omega[i] = omega
+        relax.sums[i] = ti.Vector([work, weight, norm])
+
+
+@ti.kernel
+def _sum(relax: ti.template(), n: ti.i32):
+    ti.loop_config(serialize=True)  # the order of the sum decides the damping: one thread
+    for _ in range(1):
+        relax.total[0] *= 0.0
+        for i in range(n):
+            relax.total[0] += ti.cast(relax.sums[i], ti.f64)
