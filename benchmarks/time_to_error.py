@@ -138,9 +138,9 @@ def main() -> None:
     content: dict = {"machine": machine(), "versions": versions(), "cases": {}}
     for case, sizes in SIZES.items():
         methods = {
-            "galerkin": lambda n: ours(case, "galerkin", n),
-            "collocation": lambda n: ours(case, "collocation", n),
-            "MITC4": lambda n: elements(case, n),
+            "galerkin": lambda n, case=case: ours(case, "galerkin", n),
+            "collocation": lambda n, case=case: ours(case, "collocation", n),
+            "MITC4": lambda n, case=case: elements(case, n),
         }
         for formulation in ("galerkin", "collocation"):
             ours(case, formulation, min(sizes))  # compiled

@@ -19,9 +19,9 @@ import numpy as np
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 
-import taichi as ti  # noqa: E402
+import taichi as ti
 
-from .errors import SceneError  # noqa: E402
+from .errors import SceneError
 
 ARCHS = ("cpu", "cuda", "vulkan", "metal")
 

@@ -1,6 +1,7 @@
 """A body seen from above, or obliquely where it is not flat, as it goes into a picture: polygons, colours, view. And how it is drawn.
 
-Shells are polygons, rigid bodies their pinballs, fluids a ball for each particle. The page around it (axes, colour bar, titles) is matplotlib's with either renderer, so pictures look alike.
+Shells are polygons, rigid bodies their pinballs, fluids a ball for each particle. The page around it (axes, colour bar, titles) is
+matplotlib's with either renderer, so pictures look alike.
 """
 
 from __future__ import annotations

@@ -48,7 +48,8 @@ def _times(run: RunFolder) -> np.ndarray:
 
 
 def look_of(runs: Sequence[RunFolder]) -> Look:
-    """Colours and magnification for all pictures of some runs: damage where there is any, else plastic strain, else displacement where there is no time, else speed."""
+    """Colours and magnification for all pictures of some runs: damage where there is any, else plastic strain, else displacement where
+    there is no time, else speed."""
     last = [body for run in runs for body in _bodies(run, -1)]
     bends = any(shell.motion == "free" for run in runs for shell in run.scene.shells)
     factor = min(magnification(_bodies(run, -1), BENT if bends else MOVED) for run in runs)

@@ -47,9 +47,8 @@ class Shot:
 
 
 def length_text(metres: float) -> str:
-    for factor, unit in ((1.0, "m"), (1e3, "mm"), (1e6, "µm")):
-        if metres * factor >= 1:
-            break
+    units = ((1.0, "m"), (1e3, "mm"), (1e6, "µm"))
+    factor, unit = next((u for u in units if metres * u[0] >= 1), units[-1])
     return f"{metres * factor:g} {unit}"
 
 

@@ -137,8 +137,8 @@ def divided(low: float, high: float):
 
 
 def test_past_the_rim_of_a_plate_one_pressure_pushes_nothing():
-    """Water on both sides of a plate and beyond its rim, where some of each kernel sees past it: at one pressure what is left is the noise of a
-    lattice beside facets."""
+    """Water on both sides of a plate and beyond its rim, where some of each kernel sees past it: at one pressure what is left is the
+    noise of a lattice beside facets."""
     d, half = 0.02, 0.5e-3
     x = (np.arange(10) - 4.5) * d
     z = half + (np.arange(5) + 0.5) * d

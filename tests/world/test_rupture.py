@@ -98,7 +98,7 @@ def test_the_mouth_is_open(cracked):
 
 
 def test_cut_links_count_nothing(cracked):
-    for (_, _, cut, source, coef), dead in cracked.kinds:
+    for (_, _, _, source, coef), dead in cracked.kinds:
         assert np.all(coef[dead[source]] == 0)
 
 
@@ -134,9 +134,7 @@ def branching():
     while sim.steps_left:
         before, events = links, sim.rupture.events
         sim.advance(min(5, sim.steps_left))
-        links = {k: v for k, v in sim.internal.rows.state().items()} | {
-            "coef": runtime.get(sim.internal.rows.coef, sim.internal.rows.pairs)
-        }
+        links = dict(sim.internal.rows.state()) | {"coef": runtime.get(sim.internal.rows.coef, sim.internal.rows.pairs)}
         if before is not None and sim.rupture.events == events:
             quiet.append(all(np.array_equal(before[k], links[k]) for k in links))
         v, D = velocity(sim), runtime.get(sim.cells.delayed, sim.cells.n)
