@@ -246,6 +246,8 @@ def _draw_balls(axes: Axes, body: BodyFrame, view: View, wet: Look | None) -> No
     order = np.argsort(points[:, 2], kind="stable")
     if body.kind == "rigid":
         across, colours = 2e3 * body.point_data["radius"], np.full(len(points), METAL)
+    elif wet is None:
+        return
     else:
         across = 1e3 * body.point_data["diameter"]
         colours = wet.colours(Normalize(wet.low, wet.high)(point_values(body, wet.field)))

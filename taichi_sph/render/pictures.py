@@ -183,8 +183,8 @@ def strip_frames(run: RunFolder, count: int = STRIP_TIMES) -> list[int]:
         if "rupture_time" in b.cell_data
         for rupture in [np.asarray(b.cell_data["rupture_time"], dtype=float)]
     ]
-    ruptures = np.concatenate(ruptures) if ruptures else np.empty(0)
-    first, last = (ruptures.min(), ruptures.max()) if len(ruptures) else (times[0], times[-1])
+    known = np.concatenate(ruptures) if ruptures else np.empty(0)
+    first, last = (known.min(), known.max()) if len(known) else (times[0], times[-1])
     wanted = first + (last - first) * np.arange(1, count + 1) / count
     wanted[-1] = last
     after = [min(int(np.searchsorted(times, t)), len(times) - 1) for t in wanted]
