@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..scene.schema import Ball, Outside, Region
+from ..scene.regions import Ball, Outside, Region
 
 
 def inside(region: Region, points: np.ndarray) -> np.ndarray:

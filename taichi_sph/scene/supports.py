@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from .schema import Box, PrescribedVelocity
+from .loads import PrescribedVelocity
+from .regions import Box
 
 Hold = tuple[Literal[0] | None, Literal[0] | None, Literal[0] | None]
 FREE: Hold = (None, None, None)
@@ -57,4 +58,4 @@ def _motion(shell: str, on: Sequence[Edge], off: Sequence[Edge], near: float) ->
     def all_of(name: str) -> Hold:
         return tuple(0 if any(getattr(e, name)[c] == 0 for e in on) else None for c in range(3))  # type: ignore[return-value]
 
-    return PrescribedVelocity(shell=shell, where=Box(lo=tuple(lo), hi=tuple(hi)), velocity=all_of("velocity"), spin=all_of("spin"))
+    return PrescribedVelocity(body=shell, where=Box(lo=tuple(lo), hi=tuple(hi)), velocity=all_of("velocity"), spin=all_of("spin"))

@@ -12,7 +12,6 @@ from ..bodies.fluid.body import FluidBody
 from ..bodies.fluid.fill import fill_fluid
 from ..bodies.nodal.loads import Loads
 from ..bodies.rigid.pool import RigidBodies, place, spins
-from ..bodies.rigid.said import PinballContact
 from ..bodies.shell_sph.build import build, initial_velocity, node_forces, node_moments, node_motions, rise
 from ..bodies.shell_sph.collocation import Collocation
 from ..bodies.shell_sph.edge_filter import THESIS_STEP, EdgeFilter
@@ -30,7 +29,7 @@ from ..errors import SceneError
 from ..frame import BodyFrame, Frame
 from ..geometry.cuts import cells_cut
 from ..observers.leak import LeakGauge
-from ..scene.schema import Scene
+from ..scene import PinballContact, Scene
 from .instead.limit import LimitSearch
 from .instead.modes import ModeSearch
 from .instead.statics import Relaxation
