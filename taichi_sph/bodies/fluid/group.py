@@ -13,6 +13,7 @@ from ...scene.schema import Scene
 from ..body import Entries, Now, Rest, Span
 from .body import FluidBody
 from .fill import fill_fluid
+from .port import FluidSurface
 
 FASTEST = 3.0  # speed of a fluid over that of sound in it
 LOOK = 10  # steps between two looks at the speed of a fluid
@@ -97,6 +98,9 @@ class FluidGroup(Rest):
         n = len(points)
         data |= {"reference": self.body.start, "diameter": np.full(n, self.body.p.spacing), "outside": self.outside.astype(np.uint8)}
         return [BodyFrame(self.body.name, points, NO_CELLS, data, {}, kind="fluid")]
+
+    def surface(self) -> FluidSurface:
+        return FluidSurface(self)
 
     def state(self) -> dict[str, np.ndarray]:
         return self.body.state()
