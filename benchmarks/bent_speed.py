@@ -47,9 +47,9 @@ def shell(nodes: int, precision: str) -> Scene:
 
 def measure(nodes: int, precision: str, threads: int | None) -> dict:
     sim = World(shell(nodes, precision), threads=threads)
-    n = sim.nodes.n
+    n = sim.shell.nodes.n
     shake = 0.1 * np.random.default_rng(0).standard_normal((n, 3))
-    runtime.put(sim.nodes.v, shake.astype(runtime.get(sim.nodes.v, n).dtype))
+    runtime.put(sim.shell.nodes.v, shake.astype(runtime.get(sim.shell.nodes.v, n).dtype))
     sim.advance(5)
     steps, rates = 5, []
     while len(rates) < PARTS:

@@ -175,7 +175,7 @@ def by_run(scene: Scene, looks: int = 10, whole: bool = False) -> str:
             residual = sim.energies()["closed_residual_percent"]
             if not abs(residual) < RESIDUAL:
                 return f"closed residual {residual:.3g} %"
-            if whole and (damage := float(runtime.get(sim.cells.delayed, sim.cells.n).max())) > 0:
+            if whole and (damage := float(runtime.get(sim.shell.cells.delayed, sim.shell.cells.n).max())) > 0:
                 return f"damage {damage:.2g} where there should be none"
     except TaichiSphError as error:
         return str(error)
@@ -372,7 +372,7 @@ def _drift(spin: float, flight: float, most: int = 100_000) -> tuple[float | Non
         }
     )
     sim = World(scene, threads=1)
-    nodes, n = sim.nodes, sim.nodes.n
+    nodes, n = sim.shell.nodes, sim.shell.nodes.n
     N, mass, X = (runtime.get(k, n).astype(float) for k in (nodes.N, nodes.mass, nodes.X))
     X -= mass @ X / mass.sum()
     turn = np.array([0.2, 0.3, 1.0]) / np.linalg.norm([0.2, 0.3, 1.0]) * spin

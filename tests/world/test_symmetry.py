@@ -20,9 +20,9 @@ def solved(scene) -> tuple[float, int]:
     """Deflection at (0.5, 0.5) over the one expected, and node-steps."""
     sim = World(scene, threads=1)
     sim.advance(1)
-    middle = np.argmin(np.linalg.norm(sim.mesh.points[:, :2] - 0.5, axis=1))
+    middle = np.argmin(np.linalg.norm(sim.shell.mesh.points[:, :2] - 0.5, axis=1))
     reference = scene.quantities[0].options["reference"]
-    return float(runtime.get(sim.nodes.u, sim.nodes.n)[middle, 2]) / reference, sim.nodes.n * sim.relaxation.steps
+    return float(runtime.get(sim.shell.nodes.u, sim.shell.nodes.n)[middle, 2]) / reference, sim.shell.nodes.n * sim.relaxation.steps
 
 
 @pytest.mark.long

@@ -17,7 +17,11 @@ Everything is written with u and d, so that nothing cancels in f32. The strains 
 kappa22, 2 kappa12, gamma1, gamma2) are kept: the energy ledger is made from them.
 """
 
+import numpy as np
+
+from ... import runtime
 from ...laws import delay, elastic, mazars
+from ...numerics.reduce import BLOCK
 from ...runtime import ti
 from . import metal
 
@@ -144,3 +148,19 @@ def resultants(cells: ti.template(), material: ti.template(), s, u1, u2, d1, d2,
         m2 = r[5] * x1 + r[4] * x2
         q = r[6] * x1 + r[7] * x2
     return n1, n2, m1, m2, q
+
+
+def stored_energy(partial, cells, material, blocks: int) -> float:
+    """Elastic energy of the live cells [J]; partial: scratch for one number a block."""
+    _elastic(partial, cells, material, cells.n, blocks)
+    return float(np.sum(runtime.get(partial, blocks)))
+
+
+@ti.kernel
+def _elastic(partial: ti.template(), cells: ti.template(), material: ti.template(), n: ti.i32, blocks: ti.i32):
+    for b in range(blocks):
+        s = ti.cast(0.0, ti.f64)
+        for c in range(b * BLOCK, ti.min(n, (b + 1) * BLOCK)):
+            if cells.broken[c] == 0:
+                s += ti.cast(energy_density(cells, material, c) * cells.area[c], ti.f64)
+        partial[b] = s
