@@ -85,13 +85,14 @@ def save(
 ) -> Path:
     """Writes `folder`/step_<step>.checkpoint and removes all but the last `keep`.
 
-    unset: arrays that may hold a NaN or an infinity, where something has not happened yet (the time of a rupture); None: any may,
-    as in the state of a run that failed. RunStopped where another one does: such a state is nothing to go on from.
+    unset: last parts of the names of arrays that may hold a NaN or an infinity, where something has not happened yet (the time of a
+    rupture); None: any may, as in the state of a run that failed. RunStopped where another one does: such a state is nothing to go
+    on from.
     """
     folder = files.plain(Path(folder))
     arrays = {name: np.asarray(state[name]) for name in sorted(state)}
     odd = not_finite(arrays)
-    wrong = [] if unset is None else [name for name in odd if name not in unset]
+    wrong = [] if unset is None else [name for name in odd if name.rpartition(".")[2] not in unset]
     if wrong:
         rows = np.atleast_1d(arrays[wrong[0]])
         entry = int(np.flatnonzero(~np.isfinite(rows))[0]) // (rows.size // len(rows))

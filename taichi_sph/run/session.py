@@ -48,7 +48,7 @@ class WorldLike(Protocol):
     stress_points: int
     bytes: int
     compile_seconds: float
-    unset: Collection[str]  # entries of `state` that may hold a NaN or an infinity
+    unset: Collection[str]  # last parts of the names of what may hold a NaN or an infinity in `state`
 
     def advance_to(self, time: float) -> None: ...
     def probes(self) -> dict[str, dict[str, float]]: ...
