@@ -126,7 +126,9 @@ def test_where_none_is_whole_all_are_named(tmp_path: Path) -> None:
     for step in (5, 10):
         path = save(tmp_path, step)
         path.write_bytes(path.read_bytes()[:-1])
-    with pytest.raises(SceneError, match="step_000000010.checkpoint' is cut off.*; nor .*: checkpoint .*step_000000005.checkpoint' is cut off"):
+    with pytest.raises(
+        SceneError, match="step_000000010.checkpoint' is cut off.*; nor .*: checkpoint .*step_000000005.checkpoint' is cut off"
+    ):
         checkpoint.newest_whole(tmp_path, "abc")
 
 
