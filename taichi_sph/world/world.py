@@ -232,6 +232,9 @@ class World:
         others = [part for part in (self.leak, self.relaxation) if part is not None]
         return [*self.groups, *self.couplings, *others]
 
+    # last parts of names in `state`: what may be no finite number, for it has not happened yet
+    unset = frozenset({"rupture_time", "numbers"})
+
     def state(self) -> dict[str, np.ndarray]:
         """All that is history, for a checkpoint."""
         return {
