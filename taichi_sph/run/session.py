@@ -247,7 +247,8 @@ def _clocks_of(extra: dict[str, Any]) -> Clocks:
     """The clocks that a checkpoint holds; what is missing there, or is no number, begins at nothing."""
     found = {f.name: extra.get(f.name) for f in fields(Clocks)}
     kept: dict[str, Any] = {k: v for k, v in found.items() if isinstance(v, str if k == "command" else int | float)}
-    return Clocks(**({"command": "", "threads": 1} | kept))
+    every: dict[str, Any] = {"command": "", "threads": 1} | kept
+    return Clocks(**every)
 
 
 class _Session:
