@@ -239,6 +239,9 @@ class World:
         others = [self.leak] if self.leak is not None else []
         return [part for part in (*self.groups, *self.couplings, *others) if hasattr(part, "state")]
 
+    # last parts of names in `state`: what may be no finite number, for it has not happened yet
+    unset = frozenset({"rupture_time", "numbers", "measured"})
+
     def _own_state(self) -> dict[str, np.ndarray]:
         return {
             "time": np.array([self.time, self.dt, self._dt_before, self.injected, self.refit]),
