@@ -33,22 +33,23 @@ BARS = {"node_steps_per_second": 2.0e6, "share": 0.5, "cold": 15.0, "warm": 5.0,
 # Gathers count each entry once, as a perfect cache would; what only a rupture or a growing damage touches is left out.
 TRAFFIC = {
     "rows": {
-        "read": {"galerkin.start": "R", "galerkin.coef": "P", "galerkin.source": "P", "nodes.u": "N", "galerkin.k": "N",
-                 "galerkin.integrity": "N", "nodes.cell_start": "N", "nodes.cell": "C", "cells.broken": "M", "cells.delayed": "M"},
-        "write": {"edges.u": "E", "galerkin.residual": "N", "galerkin.row_force": "N"},
+        "read": {"galerkin.rows.start": "R", "galerkin.rows.coef": "P", "galerkin.rows.source": "P", "nodes.u": "N",
+                 "galerkin.stiffness": "N", "galerkin.integrity": "N",
+                 "cells.start_of_node": "N", "cells.of_node": "C", "cells.broken": "M", "cells.delayed": "M"},
+        "write": {"galerkin.edge_u": "E", "galerkin.residual": "N", "galerkin.row_force": "N"},
     },
     "cells": {
-        "read": {"cells.broken": "M", "cells.n_corners": "M", "cells.edge": "M", "cells.side": "S", "edges.u": "E", "cells.area": "M",
-                 "cells.a1": "M", "cells.a2": "M", "cells.damage": "M", "cells.delayed": "M", "cells.strain": "M"},
-        "write": {"cells.damage": "M", "cells.delayed": "M", "cells.strain": "M", "cells.side_force": "S"},
+        "read": {"cells.broken": "M", "cells.n_corners": "M", "cells.edge": "M", "galerkin.side": "S", "galerkin.edge_u": "E",
+                 "cells.area": "M", "cells.a1": "M", "cells.a2": "M", "cells.damage": "M", "cells.delayed": "M", "cells.strain": "M"},
+        "write": {"cells.damage": "M", "cells.delayed": "M", "cells.strain": "M", "galerkin.side_force": "S"},
     },
-    "edges": {"read": {"edges.sides": "E", "cells.side_force": "S"}, "write": {"galerkin.row_force": "E"}},
+    "edges": {"read": {"cells.sides": "E", "galerkin.side_force": "S"}, "write": {"galerkin.row_force": "E"}},
     "nodes": {
-        "read": {"galerkin.t_start": "N", "galerkin.t_coef": "P", "galerkin.t_row": "P", "galerkin.row_force": "R"},
+        "read": {"galerkin.rows.t_start": "N", "galerkin.rows.t_coef": "P", "galerkin.rows.t_row": "P", "galerkin.row_force": "R"},
         "write": {"nodes.force": "N"},
     },
     "motion": {
-        "read": {"nodes.u": "N", "nodes.v": "N", "nodes.force": "N", "nodes.mass": "N", "loads.force": "N"},
+        "read": {"nodes.u": "N", "nodes.v": "N", "nodes.force": "N", "nodes.mass": "N", "loads.force.total": "N"},
         "write": {"nodes.u": "N", "nodes.v": "N", "nodes.kinetic": "N"},
     },
 }  # fmt: skip
