@@ -74,7 +74,16 @@ def _angle_weighted(mesh: SurfaceMesh) -> np.ndarray:
 
 
 def report(mesh: SurfaceMesh) -> str:
-    """Whether the surface is watertight, and what follows: 'closed, volume 3 m^3', '12 open edges in 1 loop'."""
+    """Whether the surface is watertight, what follows ('closed, volume 3 m^3', '12 open edges in 1 loop'), and what the
+    reader of a file has to say."""
+    said = [_closed(mesh), *mesh.notes]
+    if mesh.regions:
+        some = [f"{name} ({mask.sum()} cells)" for name, mask in list(mesh.regions.items())[:6]]
+        said.append(f"regions {', '.join(some)}" + (f" and {len(mesh.regions) - 6} more" if len(mesh.regions) > 6 else ""))
+    return "; ".join(said)
+
+
+def _closed(mesh: SurfaceMesh) -> str:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 

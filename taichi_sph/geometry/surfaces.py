@@ -258,4 +258,13 @@ def mesh_of(shell: Shell, scene: Scene) -> SurfaceMesh:
     """The mid-surface of a shell, generated or read."""
     if not isinstance(shell.surface, MeshFile):
         return generate(shell.surface, scene.numerics)
-    return read_mesh(shell.surface.path, shell.surface.scale, plane=shell.motion == "in_plane")
+    file = shell.surface
+    return read_mesh(
+        file.path,
+        file.scale,
+        plane=shell.motion == "in_plane",
+        part=file.part,
+        merge=file.merge,
+        spacing=scene.numerics.spacing,
+        time_limit=file.time_limit,
+    )
