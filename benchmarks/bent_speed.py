@@ -47,9 +47,9 @@ def shell(nodes: int, precision: str) -> Scene:
 
 def measure(nodes: int, precision: str, threads: int | None) -> dict:
     sim = World(shell(nodes, precision), threads=threads)
-    n = sim.nodes.n
+    n = sim.shell.nodes.n
     shake = 0.1 * np.random.default_rng(0).standard_normal((n, 3))
-    runtime.put(sim.nodes.v, shake.astype(runtime.get(sim.nodes.v, n).dtype))
+    runtime.put(sim.shell.nodes.v, shake.astype(runtime.get(sim.shell.nodes.v, n).dtype))
     sim.advance(5)
     steps, rates = 5, []
     while len(rates) < PARTS:
@@ -73,7 +73,8 @@ def main() -> None:
     rows = [measure(given.nodes, precision, given.threads) for precision in ("f64", "f32")]
     for r in rows:
         print(
-            f"{r['precision']} {r['nodes']} nodes: {r['mean'] / 1e6:.2f} M node-steps/s, best {r['best'] / 1e6:.2f}; {r['bytes_per_node']:.0f} bytes per node"
+            f"{r['precision']} {r['nodes']} nodes: {r['mean'] / 1e6:.2f} M node-steps/s, best {r['best'] / 1e6:.2f};"
+            f" {r['bytes_per_node']:.0f} bytes per node"
         )
     print(f"f32 over f64: {rows[1]['mean'] / rows[0]['mean']:.2f}, of the best {rows[1]['best'] / rows[0]['best']:.2f}")
     if given.out is not None:

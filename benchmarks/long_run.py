@@ -51,7 +51,7 @@ def shell(precision: str) -> Scene:
 def run(precision: str, steps: int, looks: int = 50) -> dict:
     """Energy, momenta and where the mass centre is, against what they should be, every so many steps."""
     sim = World(shell(precision), threads=1)
-    nodes, n = sim.nodes, sim.nodes.n
+    nodes, n = sim.shell.nodes, sim.shell.nodes.n
 
     def values(name: str) -> np.ndarray:
         return runtime.get(getattr(nodes, name), n).astype(np.float64)

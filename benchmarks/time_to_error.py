@@ -51,11 +51,18 @@ def ours(case: str, formulation: str, nodes: int) -> dict:
     built = time.perf_counter()
     try:
         sim.advance(1)
-        error = abs(_deflection(given, sim.mesh.points, runtime.get(sim.nodes.u, sim.nodes.n)) - 1)
+        error = abs(_deflection(given, sim.shell.mesh.points, runtime.get(sim.shell.nodes.u, sim.shell.nodes.n)) - 1)
     except TaichiSphError:
         error = None
     end = time.perf_counter()
-    return {"nodes": sim.nodes.n, "error": error, "solve": end - built, "seconds": end - built, "build": built - began, "steps": sim.step}
+    return {
+        "nodes": sim.shell.nodes.n,
+        "error": error,
+        "solve": end - built,
+        "seconds": end - built,
+        "build": built - began,
+        "steps": sim.step,
+    }
 
 
 def _deflection(given: Scene, X: np.ndarray, u: np.ndarray) -> float:
@@ -75,7 +82,7 @@ def elements(case: str, nodes: int) -> dict:
     given = scene(case, "galerkin", nodes)
     sim = World(given)  # for its mesh, its supports and its loads
     shell = given.shells[0]
-    free = free_directions(sim)
+    free = free_directions(sim.shell)
     n, c, f = free.shape
     at = np.argwhere(np.abs(free).max(axis=1) > 0.5)
     basis = csc_array(
@@ -83,18 +90,18 @@ def elements(case: str, nodes: int) -> dict:
         shape=(c * n, len(at)),
     )
     load = np.zeros((n, c))
-    area = sim.mesh.node_areas
+    area = sim.shell.mesh.node_areas
     for pressure in given.pressures:
-        load[:, :3] += pressure.value * area[:, None] * sim.mesh.node_normals
+        load[:, :3] += pressure.value * area[:, None] * sim.shell.mesh.node_normals
     if given.gravity is not None:
         load[:, :3] += area[:, None] * shell.thickness * shell.material.density * np.array(given.gravity)
     began = time.perf_counter()
-    K = shell_stiffness(sim.mesh, shell.material.young, shell.material.poisson, shell.thickness)
+    K = shell_stiffness(sim.shell.mesh, shell.material.young, shell.material.poisson, shell.thickness)
     K = (basis.T @ K @ basis).tocsc()
     assembled = time.perf_counter()
     u = (basis @ spsolve(K, basis.T @ load.ravel())).reshape(n, c)[:, :3]
     end = time.perf_counter()
-    return {"nodes": n, "error": abs(_deflection(given, sim.mesh.points, u) - 1), "solve": end - assembled, "seconds": end - began}
+    return {"nodes": n, "error": abs(_deflection(given, sim.shell.mesh.points, u) - 1), "solve": end - assembled, "seconds": end - began}
 
 
 def library(cells: int) -> dict:
@@ -138,9 +145,9 @@ def main() -> None:
     content: dict = {"machine": machine(), "versions": versions(), "cases": {}}
     for case, sizes in SIZES.items():
         methods = {
-            "galerkin": lambda n: ours(case, "galerkin", n),
-            "collocation": lambda n: ours(case, "collocation", n),
-            "MITC4": lambda n: elements(case, n),
+            "galerkin": lambda n, case=case: ours(case, "galerkin", n),
+            "collocation": lambda n, case=case: ours(case, "collocation", n),
+            "MITC4": lambda n, case=case: elements(case, n),
         }
         for formulation in ("galerkin", "collocation"):
             ours(case, formulation, min(sizes))  # compiled

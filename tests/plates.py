@@ -85,8 +85,8 @@ def start(scene: Scene, **options):
 
 def put(sim, name: str, values: np.ndarray) -> None:
     """Set the first components of a field of the nodes: u or v."""
-    field = getattr(sim.nodes, name)
-    now = runtime.get(field, sim.nodes.n)
+    field = getattr(sim.shell.nodes, name)
+    now = runtime.get(field, sim.shell.nodes.n)
     full = np.zeros_like(now)
     full[:, : values.shape[1]] = values
     runtime.put(field, full)
@@ -94,27 +94,27 @@ def put(sim, name: str, values: np.ndarray) -> None:
 
 def plane(sim) -> np.ndarray:
     """(N, 2) reference positions [m]."""
-    return sim.mesh.points[:, :2]
+    return sim.shell.mesh.points[:, :2]
 
 
 def forces(sim, u: np.ndarray) -> np.ndarray:
     """(N, 2) internal forces [N] at the displacements u (N, 2)."""
     put(sim, "u", u)
-    sim.internal.strain(0.0)
-    sim.internal.force()
-    return runtime.get(sim.nodes.force, sim.nodes.n)[:, :2].astype(float)
+    sim.shell.internal.strain(0.0)
+    sim.shell.internal.force()
+    return runtime.get(sim.shell.nodes.force, sim.shell.nodes.n)[:, :2].astype(float)
 
 
 def stored(sim, u: np.ndarray) -> float:
     """Elastic energy [J] at the displacements u."""
     put(sim, "u", u)
-    sim.internal.strain(1e-30)  # a mere look, dt = 0, would leave the strains of a shell with damage as they are
-    return sim.ledger.stored()
+    sim.shell.internal.strain(1e-30)  # a mere look, dt = 0, would leave the strains of a shell with damage as they are
+    return sim.shell.stored()
 
 
 def strains(sim) -> np.ndarray:
     """(M, 3) E11, E22, E12 of the last evaluation."""
-    return runtime.get(sim.cells.strain, sim.cells.n)[:, :3].astype(float) * [1.0, 1.0, 0.5]
+    return runtime.get(sim.shell.cells.strain, sim.shell.cells.n)[:, :3].astype(float) * [1.0, 1.0, 0.5]
 
 
 def linear(sim, gradient: np.ndarray) -> np.ndarray:
@@ -132,17 +132,17 @@ def inner(sim, margin: float) -> np.ndarray:
 
 def mass(sim) -> np.ndarray:
     """(N,) nodal masses [kg]."""
-    return runtime.get(sim.nodes.mass, sim.nodes.n).astype(float)
+    return runtime.get(sim.shell.nodes.mass, sim.shell.nodes.n).astype(float)
 
 
 def velocity(sim) -> np.ndarray:
     """(N, 2) half-step velocities."""
-    return runtime.get(sim.nodes.v, sim.nodes.n)[:, :2].astype(float)
+    return runtime.get(sim.shell.nodes.v, sim.shell.nodes.n)[:, :2].astype(float)
 
 
 def displacement(sim) -> np.ndarray:
     """(N, 2) displacements."""
-    return runtime.get(sim.nodes.u, sim.nodes.n)[:, :2].astype(float)
+    return runtime.get(sim.shell.nodes.u, sim.shell.nodes.n)[:, :2].astype(float)
 
 
 def same_state(a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> list[str]:

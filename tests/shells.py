@@ -67,36 +67,36 @@ def start(scene: Scene, **options):
 
 def of_nodes(sim, name: str) -> np.ndarray:
     """(N, 3) values of a field of the nodes."""
-    return runtime.get(getattr(sim.nodes, name), sim.nodes.n).astype(float)
+    return runtime.get(getattr(sim.shell.nodes, name), sim.shell.nodes.n).astype(float)
 
 
 def pose(sim, u: np.ndarray, d: np.ndarray) -> None:
     """Set displacements and director changes."""
-    real = runtime.get(sim.nodes.u, sim.nodes.n).dtype
-    runtime.put(sim.nodes.u, np.ascontiguousarray(u, real))
-    runtime.put(sim.nodes.d, np.ascontiguousarray(d, real))
+    real = runtime.get(sim.shell.nodes.u, sim.shell.nodes.n).dtype
+    runtime.put(sim.shell.nodes.u, np.ascontiguousarray(u, real))
+    runtime.put(sim.shell.nodes.d, np.ascontiguousarray(d, real))
 
 
 def forces(sim, u: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
     """Forces [N], couples [N m] on the nodes and the stored energy [J] at (u, d)."""
     pose(sim, u, d)
-    sim.internal.strain(0.0)
-    energy = sim.ledger.stored()
-    sim.internal.force()
+    sim.shell.internal.strain(0.0)
+    energy = sim.shell.stored()
+    sim.shell.internal.force()
     return of_nodes(sim, "force"), of_nodes(sim, "couple"), energy
 
 
 def turned(sim, rotation: Rotation, shift=(0.0, 0.0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
     """(u, d) of a rigid motion."""
-    X, N = sim.mesh.points, of_nodes(sim, "N")
+    X, N = sim.shell.mesh.points, of_nodes(sim, "N")
     return rotation.apply(X) - X + np.asarray(shift), rotation.apply(N) - N
 
 
 def spin(sim, omega: np.ndarray, velocity=(0.0, 0.0, 0.0)) -> None:
     """Set every node to turn about the centre of mass with `omega` [rad/s] and to travel with `velocity` [m/s]."""
-    X, N = sim.mesh.points, of_nodes(sim, "N")
-    mass = runtime.get(sim.nodes.mass, sim.nodes.n).astype(float)
+    X, N = sim.shell.mesh.points, of_nodes(sim, "N")
+    mass = runtime.get(sim.shell.nodes.mass, sim.shell.nodes.n).astype(float)
     centre = mass @ X / mass.sum()
-    real = runtime.get(sim.nodes.v, sim.nodes.n).dtype
-    runtime.put(sim.nodes.v, (np.cross(omega, X - centre) + np.asarray(velocity)).astype(real))
-    runtime.put(sim.nodes.omega, (omega - (N @ omega)[:, None] * N).astype(real))
+    real = runtime.get(sim.shell.nodes.v, sim.shell.nodes.n).dtype
+    runtime.put(sim.shell.nodes.v, (np.cross(omega, X - centre) + np.asarray(velocity)).astype(real))
+    runtime.put(sim.shell.nodes.omega, (omega - (N @ omega)[:, None] * N).astype(real))

@@ -29,6 +29,14 @@ class Reducer:
         return float(runtime.get(self.partial, used).max())
 
 
+def fastest(velocities, places, n: int) -> tuple[int, str]:
+    """The number of the fastest of n points (of the first that is no number), and where and how fast it moves, in words."""
+    v = np.linalg.norm(runtime.get(velocities, n).astype(float), axis=1)
+    i = int(np.argmax(np.where(np.isfinite(v), v, np.inf)))
+    place = ", ".join(f"{1e3 * x:.4g}" for x in runtime.get(places, n)[i])
+    return i, f"at ({place}) mm moves at {v[i]:.3g} m/s"
+
+
 @ti.kernel
 def _block_sums(partial: ti.template(), values: ti.template(), n: ti.i32, blocks: ti.i32):
     for b in range(blocks):

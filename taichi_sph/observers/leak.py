@@ -15,9 +15,10 @@ from .. import runtime
 class LeakGauge:
     """Watches one fluid in one closed shell."""
 
-    def __init__(self, sim):
-        self.sim = sim
-        n = sim.fluid.p.n
+    def __init__(self, tank, fluid):
+        """tank: the group of the shell; fluid: that of the fluid."""
+        self.tank, self.fluid = tank, fluid
+        n = fluid.body.p.n
         self.outside = np.zeros(n, bool)  # by number at the start
         self.room = np.zeros(n)  # m, how far a particle was from the shell when it was last looked at
         self.looked = np.zeros(n)  # s, when
@@ -25,38 +26,38 @@ class LeakGauge:
         self.rate, self.jet = 0.0, np.zeros(3)  # kg/s, m/s: of the last sample
         self.row = self._row(0.0)  # of the last sample; asking for it again changes nothing
 
-    def look(self) -> dict[str, float]:
+    def look(self, time: float) -> dict[str, float]:
         """Looks, and returns the row of histories/leak.csv now."""
         from scipy.spatial import cKDTree
 
-        sim, p = self.sim, self.sim.fluid.p
+        tank, p = self.tank, self.fluid.body.p
         order = np.argsort(runtime.get(p.id, p.n))
         x = runtime.get(p.x, p.n)[order]
         v = runtime.get(p.v, p.n)[order].astype(np.float64)
-        fastest = max(sim.fluid.fastest(), np.linalg.norm(runtime.get(sim.nodes.v, sim.nodes.n), axis=1).max())
-        asked = np.flatnonzero(~self.outside & (self.room <= 2.0 * fastest * (sim.time - self.looked) + sim.spacing))
+        fastest = max(self.fluid.body.fastest(), np.linalg.norm(runtime.get(tank.nodes.v, tank.nodes.n), axis=1).max())
+        asked = np.flatnonzero(~self.outside & (self.room <= 2.0 * fastest * (time - self.looked) + tank.spacing))
         if len(asked):
-            nodes = sim.mesh.points + runtime.get(sim.nodes.u, sim.nodes.n)
-            director = runtime.get(sim.nodes.N, sim.nodes.n) + runtime.get(sim.nodes.d, sim.nodes.n)
-            tank = self._tank()
-            distance, nearest = cKDTree(nodes[tank]).query(x[asked])
-            beyond = np.einsum("ni,ni->n", x[asked] - nodes[tank][nearest], director[tank][nearest])
-            passed = np.flatnonzero(beyond > 0.5 * sim.shell.thickness)
+            nodes = tank.mesh.points + runtime.get(tank.nodes.u, tank.nodes.n)
+            director = runtime.get(tank.nodes.N, tank.nodes.n) + runtime.get(tank.nodes.d, tank.nodes.n)
+            whole = self._tank()
+            distance, nearest = cKDTree(nodes[whole]).query(x[asked])
+            beyond = np.einsum("ni,ni->n", x[asked] - nodes[whole][nearest], director[whole][nearest])
+            passed = np.flatnonzero(beyond > 0.5 * tank.shell.thickness)
             if len(passed):
-                X, N = sim.mesh.points, runtime.get(sim.nodes.N, sim.nodes.n)
+                X, N = tank.mesh.points, runtime.get(tank.nodes.N, tank.nodes.n)
                 _, first = cKDTree(X).query(x[asked[passed]])
                 before = np.einsum("ni,ni->n", x[asked[passed]] - X[first], N[first])
-                passed = passed[before > 0.5 * sim.shell.thickness]
+                passed = passed[before > 0.5 * tank.shell.thickness]
             left = asked[passed]
             self.outside[left] = True
-            self.room[asked], self.looked[asked] = distance, sim.time
+            self.room[asked], self.looked[asked] = distance, time
         else:
             left = asked
         mass = p.one * int(self.outside.sum())
-        since = sim.time - self.before[0]
+        since = time - self.before[0]
         if since > 0:
             self.rate = (mass - self.before[1]) / since
-            self.before = (sim.time, mass)
+            self.before = (time, mass)
         if len(left):
             self.jet = v[left].mean(axis=0)
         self.row = self._row(mass)
@@ -79,9 +80,9 @@ class LeakGauge:
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
 
-        cells = self.sim.mesh.cells[runtime.get(self.sim.cells.broken, self.sim.cells.n) == 0]
+        cells = self.tank.mesh.cells[runtime.get(self.tank.cells.broken, self.tank.cells.n) == 0]
         first, other = cells[:, [0, 1, 2]].ravel(), cells[:, [1, 2, 3]].ravel()
-        n = self.sim.nodes.n
+        n = self.tank.nodes.n
         linked = other >= 0
         links = coo_array((np.ones(linked.sum()), (first[linked], other[linked])), shape=(n, n))
         _, piece = connected_components(links, directed=False)
@@ -90,17 +91,17 @@ class LeakGauge:
     def opening(self) -> float:
         """Area [m2] of the broken cells as they lie now, less what they had: cracks count by their width. A cell that has lost
         a node to a fragment counts as it was."""
-        sim = self.sim
-        broken = np.flatnonzero(runtime.get(sim.cells.broken, sim.cells.n) == 1)
+        tank = self.tank
+        broken = np.flatnonzero(runtime.get(tank.cells.broken, tank.cells.n) == 1)
         if not len(broken):
             return 0.0
-        cells = sim.mesh.cells[broken]
+        cells = tank.mesh.cells[broken]
         corners = np.where(cells < 0, cells[:, :1], cells)
-        x = sim.mesh.points + runtime.get(sim.nodes.u, sim.nodes.n)
+        x = tank.mesh.points + runtime.get(tank.nodes.u, tank.nodes.n)
         a, b, c, d = (x[corners[:, k]] for k in range(4))
         now = 0.5 * np.linalg.norm(np.cross(c - a, d - b), axis=1)
-        was = sim.mesh.areas[broken]
-        lost = (runtime.get(sim.nodes.fragment, sim.nodes.n)[corners] == 1).any(axis=1)
+        was = tank.mesh.areas[broken]
+        lost = (runtime.get(tank.nodes.fragment, tank.nodes.n)[corners] == 1).any(axis=1)
         return float(np.where(lost, was, np.clip(now - was, 0.0, 4.0 * was)).sum())
 
     def state(self) -> dict[str, np.ndarray]:

@@ -39,14 +39,22 @@ OURS = ("frames", "histories", "checkpoints", "stopped", "pictures", "record.jso
 class WorldLike(Protocol):
     """What the run needs of world.world.World (tests use a small stand-in)."""
 
-    time: float
-    step: int
-    dt: float
-    dt_rule: str
-    n_nodes: int
-    stress_points: int
-    bytes: int
-    compile_seconds: float
+    @property
+    def time(self) -> float: ...
+    @property
+    def step(self) -> int: ...
+    @property
+    def dt(self) -> float: ...
+    @property
+    def dt_rule(self) -> str: ...
+    @property
+    def n_nodes(self) -> int: ...
+    @property
+    def stress_points(self) -> int: ...
+    @property
+    def bytes(self) -> int: ...
+    @property
+    def compile_seconds(self) -> float: ...
 
     def advance_to(self, time: float) -> None: ...
     def probes(self) -> dict[str, dict[str, float]]: ...
@@ -215,9 +223,8 @@ def resume(
         sim = _simulation(scene, arch, threads, progress, simulation)
         sim.restore(saved.state)
         known = {f.name for f in fields(Clocks)}
-        clocks = Clocks(
-            **{"command": "", **{k: v for k, v in saved.extra.items() if k in known}, "threads": threads or os.cpu_count() or 1}
-        )
+        kept: dict[str, Any] = {"command": "", **{k: v for k, v in saved.extra.items() if k in known}}
+        clocks = Clocks(**(kept | {"threads": threads or os.cpu_count() or 1}))
         clocks.sessions += 1
         clocks.compile += sim.compile_seconds
         progress.log_to(out / LOG_FILE, append=True)
@@ -384,10 +391,15 @@ class _Session:
         from ..output.summary import write_summary
 
         sim, c = self.sim, self.clocks
-        how = {"command": c.command, "arch": self.arch, "threads": c.threads, "steps": sim.step, "seconds": c.seconds}
+        how: dict[str, Any] = {"command": c.command, "arch": self.arch, "threads": c.threads, "steps": sim.step, "seconds": c.seconds}
         write_record(self.out, self.scene, state=sim.state(), **how)
         with RunFolder(self.out) as folder:
-            counted = {"nodes": sim.n_nodes, "stress_points": sim.stress_points, "processor": c.processor, "bytes": sim.bytes}
+            counted: dict[str, Any] = {
+                "nodes": sim.n_nodes,
+                "stress_points": sim.stress_points,
+                "processor": c.processor,
+                "bytes": sim.bytes,
+            }
             summary = write_summary(folder, **counted, contact=sim.contact_report(), **how)
             lines = answer(folder, summary)
         if c.advance > 1.0:  # shorter ones measure the start
@@ -470,7 +482,9 @@ def _simulation(scene: Scene, arch: str, threads: int | None, progress: Progress
     progress.say(f"compiling for {arch} (kept for the next run) ...")
     began = clock.monotonic()
     if factory is None:
-        from ..world.world import World as factory
+        from ..world.world import World
+
+        factory = World
     sim = factory(scene, arch=arch, threads=threads)
     progress.say(f"compiled and built in {clock.monotonic() - began:.1f} s; dt {show(sim.dt, 's')}, ruled by {sim.dt_rule}")
     return sim

@@ -29,8 +29,8 @@ def run_study(
     command: str = "",
     simulation: Callable[..., running.WorldLike] | None = None,
 ) -> Path:
-    """Runs what is not finished yet (all cases anew with `overwrite`), then judges all. SceneError before anything is written; RunStopped at the end
-    when a case failed."""
+    """Runs what is not finished yet (all cases anew with `overwrite`), then judges all. SceneError before anything is written;
+    RunStopped at the end when a case failed."""
     from ..output.folder import read_json
     from ..output.study import STUDY_FILE, case_answer, finished, interrupted, study_answer, write_study_summary
 

@@ -202,12 +202,12 @@ def measure(
         "memory_per_node": sim.bytes / sim.n_nodes,
     }
     if metal:
-        yielding = runtime.get(sim.cells.plastic, sim.cells.n) > 0
+        yielding = runtime.get(sim.shell.cells.plastic, sim.shell.cells.n) > 0
         found["yielding"] = float(yielding.mean())
     elif formulation == "galerkin":
-        rows = sim.internal.rows
-        n, m, e = sim.n_nodes, sim.stress_points, sim.internal.n_edges
-        counts = {"N": n, "M": m, "E": e, "R": rows.n, "P": rows.pairs, "C": int(sim.mesh.corners.sum()), "S": 4 * m}
+        rows = sim.shell.internal.rows
+        n, m, e = sim.n_nodes, sim.stress_points, sim.shell.internal.n_edges
+        counts = {"N": n, "M": m, "E": e, "R": rows.n, "P": rows.pairs, "C": int(sim.shell.mesh.corners.sum()), "S": 4 * m}
         moved = step_bytes(runtime.current().fields, counts, runtime.capacity)
         found["pairs_per_node"] = rows.pairs / n
         found["bytes_per_node_step"] = {kernel: size / n for kernel, size in moved.items()}

@@ -184,7 +184,7 @@ def running(formulation: str, cells: str, stretches: Sequence[float], support: f
     )  # fmt: skip
     numerics = Numerics(spacing=1.0, cells=cells, formulation={"kind": formulation, "support": support})
     sim = World(Scene(name="lattice", title="Lattice", source="", shells=[plate], duration=1.0, numerics=numerics), threads=1)
-    nodes, X = sim.nodes, sim.mesh.points[:, :2]
+    nodes, X = sim.shell.nodes, sim.shell.mesh.points[:, :2]
     middle = int(np.argmin(np.linalg.norm(X - 0.5 * n, axis=1)))
     kinds = (middle, middle + 1)  # diagonals that alternate make two kinds of nodes: the mean is what one wave in both feels
     for stretch in stretches:
@@ -196,8 +196,8 @@ def running(formulation: str, cells: str, stretches: Sequence[float], support: f
                     u = X * [stretch - 1, 0]
                     u[moved, a] += sign * SMALL
                     runtime.put(nodes.u, u)
-                    sim.internal.strain(0.0)
-                    sim.internal.force()
+                    sim.shell.internal.strain(0.0)
+                    sim.shell.internal.force()
                     f.append(runtime.get(nodes.force, nodes.n))
                 K[m, :, :, a] = -(f[0] - f[1]) / (2 * SMALL * young * thickness * len(kinds))
         yield np.concatenate([X - X[moved] for moved in kinds]), np.concatenate(K)

@@ -80,15 +80,15 @@ def stiffness(sim) -> np.ndarray:
     """(2N, 2N) tangent of the internal forces at rest [N/m], by one small displacement per column."""
     from .. import runtime
 
-    nodes = sim.nodes
+    nodes = sim.shell.nodes
     n, dim = nodes.n, nodes.dim
-    size = (1e-4 if sim.scene.numerics.precision == "f32" else 1e-7) * sim.spacing
+    size = (1e-4 if sim.scene.numerics.precision == "f32" else 1e-7) * sim.shell.spacing
     rest = runtime.get(nodes.u, n)
 
     def forces(u: np.ndarray) -> np.ndarray:
         runtime.put(nodes.u, u.astype(rest.dtype))
-        sim.internal.strain(0.0, intact=1)
-        sim.internal.force()
+        sim.shell.internal.strain(0.0, intact=1)
+        sim.shell.internal.force()
         return runtime.get(nodes.force, n).astype(np.float64).ravel()
 
     K = np.empty((n * dim, n * dim))
@@ -121,7 +121,7 @@ def compare(scene: Scene, cells: int = 12, count: int = 12, simulation: Callable
     sim = (simulation or World)(plain)
     shell, m = plain.shells[0], plain.shells[0].material
     area_mass = shell.thickness * m.density
-    mass = sim.mesh.node_areas * area_mass
+    mass = sim.shell.mesh.node_areas * area_mass
     root = np.repeat(1 / np.sqrt(mass), 2)
     A = root[:, None] * stiffness(sim) * root[None, :]
     if plain.numerics.formulation.kind == "galerkin":
@@ -134,7 +134,7 @@ def compare(scene: Scene, cells: int = 12, count: int = 12, simulation: Callable
     side = shell.surface.length
     fine = plate_mesh(side, side, side / (4 * cells), "quad")
     true = _lowest(element_stiffness(fine, m.young, m.poisson, shell.thickness), fine.node_areas * area_mass, count)
-    elements = _lowest(element_stiffness(sim.mesh, m.young, m.poisson, shell.thickness), mass, count)
+    elements = _lowest(element_stiffness(sim.shell.mesh, m.young, m.poisson, shell.thickness), mass, count)
     hertz = omega / (2 * np.pi)
     still = np.abs(hertz) < 1e-3 * true[0]
     moving, vectors = hertz[~still], vectors[:, ~still]
@@ -144,8 +144,8 @@ def compare(scene: Scene, cells: int = 12, count: int = 12, simulation: Callable
     shapes = vectors[:, first].T.reshape(len(first), -1, 2)
     shapes = shapes / np.linalg.norm(shapes, axis=2).max(axis=1)[:, None, None]
     growth = float(np.max(np.abs(moving.imag) / np.maximum(np.abs(moving.real), 1e-12), initial=0.0))
-    step = float(2 / np.abs(omega).max() * np.sqrt(m.young / m.density) / sim.mesh.spacing)
-    return Spectrum(ours[first], elements, true, int(still.sum()), growth, step, shapes, sim.mesh)
+    step = float(2 / np.abs(omega).max() * np.sqrt(m.young / m.density) / sim.shell.mesh.spacing)
+    return Spectrum(ours[first], elements, true, int(still.sum()), growth, step, shapes, sim.shell.mesh)
 
 
 @dataclass(frozen=True)
@@ -188,7 +188,7 @@ def compare_bent(scene: Scene, cells: int = 12, count: int = 12) -> Bent:
 
     plain = patch(scene, cells)
     sim = World(plain)
-    A, free, number, root = sparse_stiffness(sim)
+    A, free, number, root = sparse_stiffness(sim.shell)
     m, thickness = plain.shells[0].material, plain.shells[0].thickness
     # the elements' on the same unknowns
     n, c, f = free.shape
@@ -196,7 +196,7 @@ def compare_bent(scene: Scene, cells: int = 12, count: int = 12) -> Bent:
     found = free[node, :, direction] / root[node]
     at = (c * node[:, None] + np.arange(c)).ravel()
     basis = csc_array((found.ravel(), (at, np.repeat(number[node, direction], c))), shape=(c * n, A.shape[0]))
-    K = (basis.T @ shell_stiffness(sim.mesh, m.young, m.poisson, thickness) @ basis).tocsc()
+    K = (basis.T @ shell_stiffness(sim.shell.mesh, m.young, m.poisson, thickness) @ basis).tocsc()
     values = eigsh(K, k=count + RIGID_BENT, sigma=-1e-9 * K.diagonal().max(), which="LM", return_eigenvectors=False)
     elements = np.sqrt(np.sort(values)[RIGID_BENT:].clip(0)) / (2 * np.pi)
     # ours
@@ -213,7 +213,7 @@ def compare_bent(scene: Scene, cells: int = 12, count: int = 12) -> Bent:
     shapes = (basis @ vectors[:, first]).T.reshape(len(first), n, c)[:, :, :3]
     shapes = shapes / np.linalg.norm(shapes, axis=2).max(axis=1)[:, None, None]
     growth = float(np.max(np.abs(moving.imag) / np.maximum(np.abs(moving.real), 1e-12), initial=0.0))
-    return Bent(ours[first], elements, int(still.sum()), growth, shapes, sim.mesh)
+    return Bent(ours[first], elements, int(still.sum()), growth, shapes, sim.shell.mesh)
 
 
 # what the table compares: formulation, cells, irregularity

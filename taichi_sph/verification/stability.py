@@ -175,7 +175,7 @@ def by_run(scene: Scene, looks: int = 10, whole: bool = False) -> str:
             residual = sim.energies()["closed_residual_percent"]
             if not abs(residual) < RESIDUAL:
                 return f"closed residual {residual:.3g} %"
-            if whole and (damage := float(runtime.get(sim.cells.delayed, sim.cells.n).max())) > 0:
+            if whole and (damage := float(runtime.get(sim.shell.cells.delayed, sim.shell.cells.n).max())) > 0:
                 return f"damage {damage:.2g} where there should be none"
     except TaichiSphError as error:
         return str(error)
@@ -273,7 +273,7 @@ def time_step() -> Iterator[Found]:
 def support() -> Iterator[Found]:
     for cells, irregularity in CELLS:
 
-        def holds(h: float) -> str:
+        def holds(h: float, cells=cells, irregularity=irregularity) -> str:
             return by_spectrum(_past_checks(sheet(cells, irregularity), numerics__formulation__support=h))
 
         low, why = edge(holds, 1.2, 0.4, 0.05)
@@ -285,7 +285,7 @@ def poisson() -> Iterator[Found]:
     for cells, irregularity in CELLS[1:4:2]:
         scene = sheet(cells, irregularity)
 
-        def holds(nu: float) -> str:
+        def holds(nu: float, scene=scene) -> str:
             shell = _past_checks(scene.shells[0], material__poisson=nu)
             return by_spectrum(scene.model_copy(update={"shells": (shell,)}))
 
@@ -310,7 +310,7 @@ def thickness() -> Iterator[Found]:
 def irregularity() -> Iterator[Found]:
     for cells, certain in (("quad", 0.25), ("triangle", 0.5)):
 
-        def holds(move: float) -> str:
+        def holds(move: float, cells=cells) -> str:
             said = (by_spectrum(_past_checks(sheet(cells), numerics__irregularity=move, numerics__seed=seed)) for seed in range(3))
             return next(filter(None, said), "")
 
@@ -344,7 +344,7 @@ def speed() -> Iterator[Found]:
         ("a ball through a metal disc", lambda v: struck(v, True), SOUND),
         ("a bullet at a can of water", lambda v: sloshing(v), 1450.0),
     ):
-        high, why = edge(lambda v: by_run(scene(v)), 50.0, 2e4, 0.1)
+        high, why = edge(lambda v, scene=scene: by_run(scene(v)), 50.0, 2e4, 0.1)
         yield case, None, high, (None, sound), why
 
 
@@ -372,7 +372,7 @@ def _drift(spin: float, flight: float, most: int = 100_000) -> tuple[float | Non
         }
     )
     sim = World(scene, threads=1)
-    nodes, n = sim.nodes, sim.nodes.n
+    nodes, n = sim.shell.nodes, sim.shell.nodes.n
     N, mass, X = (runtime.get(k, n).astype(float) for k in (nodes.N, nodes.mass, nodes.X))
     X -= mass @ X / mass.sum()
     turn = np.array([0.2, 0.3, 1.0]) / np.linalg.norm([0.2, 0.3, 1.0]) * spin

@@ -1,125 +1,42 @@
 """One time step, central differences (T 2.29 to 2.32), on one page.
 
-    strain    u_n -> edge means, strains, damage, stresses
-    rupture   cells that reached D_c break; the links they cut are renewed; only then
-    force     f_n = internal + terms + external
-    fluid     pressure, density rate, and what it presses on shell and rigid bodies
-    contact   f_n += c^T lambda, so that v_n+1/2 does not close what is closed (T 3.8)
-    kick      v_n+1/2 = v_n-1/2 + dt_n f_n / m          (prescribed velocities replace theirs)
-    drift     u_n+1   = u_n + dt v_n+1/2
+    strain    places at n -> strains, damage, stresses of the groups that are due
+    events    cells that reached D_c break; the links they cut are renewed; only then
+    meet      what the bodies see of each other: who is near, what water sees of walls
+    force     f_n = internal + external, of each group for itself
+    add       what bodies do to each other: pressure on walls, springs
+    correct   f_n += c^T lambda, so that v_n+1/2 closes no gap that is closed (T 3.8)
+    move      v_n+1/2 = v_n-1/2 + dt_n f_n / m          (prescribed velocities replace theirs)
+              x_n+1   = x_n + dt v_n+1/2
 
-Energies belong to time n: kinetic = 1/2 m v_n-1/2 . v_n+1/2, and the work of a force is trapezoidal,
-1/2 (f_n + f_n+1) . (u_n+1 - u_n). With these the discrete balance closes to rounding for a linear body, so
-what is left over is a measure of the rest.
+Energies belong to time n: kinetic = 1/2 m v_n-1/2 . v_n+1/2, and the work of a force is trapezoidal, 1/2 (f_n + f_n+1) . (u_n+1 - u_n).
+With these the discrete balance closes to rounding for a linear body, so what is left over is a measure of the rest.
 
-A fluid may take a step only `every` steps of the shell, so many times as long. What it presses on the shell then comes as one
-blow of all of them (r-RESPA, Tuckerman et al. 1992): both bodies get the same impulse.
+A group may take a step only `every` steps of the clock, so many times as long. What it presses on others then comes as one blow of all of
+them (r-RESPA, Tuckerman et al. 1992): both bodies get the same impulse.
 """
 
-from ..bodies.nodal.loads import history, undrilled
-from ..bodies.rigid.pool import move, rest
-from ..bodies.shell_sph.pressure import BOOK, START
-from ..runtime import ti
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..bodies.body import Group, Now
+from ..couplings.coupling import Coupling
 
 
-def step(sim, dt_before: float, dt: float) -> None:
-    """Advance `sim` by dt; dt_before is the step that led to the present time."""
-    half_time = sim.time + 0.5 * dt
-    if sim.shell is not None:
-        sim.internal.strain(dt)
-        ruptured = sim.rupture.happen()
-        for pressure in sim.pressures:
-            pressure.press(sim.time, START if ruptured else BOOK)
-        sim.internal.force()
-        for term in sim.terms:
-            term.add(dt)
-        sim.loads.update(sim.time)
-    if sim.rigids is not None:
-        rest(sim.rigids, sim.rigids.n)
-    due = sim.fluid is not None and sim.step % sim.every == 0
-    water = (sim.fluid.dt, sim.every * dt) if due else (0.0, 0.0)  # the fluid's own steps, before and to come
-    renumbered = due and sim.fluid.rates(*water, sim.every)
-    if sim.contact is not None:
-        sim.contact.add(dt_before, dt, half_time, renumbered, sim.every if due else 0)
-    if sim.shell is not None:
-        _kick_and_drift(sim.nodes, sim.loads, sim.nodes.n, dt_before, dt, half_time)
-    if due:
-        sim.fluid.kick_and_drift(*water, sim.contact is not None)
-    if sim.rigids is not None:
-        move(sim.rigids, sim.rigids.n, dt_before, dt, sim.every if due else 0)
-
-
-@ti.kernel
-def _kick_and_drift(nodes: ti.template(), loads: ti.template(), n: ti.i32, dt_before: float, dt: float, half_time: float):
-    kick = 0.5 * (dt_before + dt)
-    for i in range(n):
-        before = nodes.v[i]
-        force = nodes.force[i]
-        push = force * 0.0  # all that acts from outside, reactions included
-        if ti.static(loads.pushes):
-            push = loads.force.total[i]
-            force += push
-        after = before + kick / nodes.mass[i] * force
-        if ti.static(loads.moves):
-            if nodes.fixed[i] > 0:
-                g = nodes.fixed[i] - 1
-                free = after
-                for c in ti.static(range(nodes.dim)):
-                    if loads.mask[g][c] == 1:
-                        after[c] = loads.velocity[g][c] * history(half_time, loads.rise[g])
-                push += nodes.mass[i] / kick * (after - free)
-        if ti.static(loads.acts):
-            if any(push != 0.0):
-                loads.work[i] += loads.ahead[i] + 0.5 * dt_before * push.dot(before)
-                loads.ahead[i] = 0.5 * dt * push.dot(after)
-        nodes.v[i] = after
-        nodes.u[i] += dt * after
-        if dt_before == 0.0:
-            before = 2.0 * before - after  # v_0 was given at t = 0: this is the half step before it
-        kinetic = 0.5 * nodes.mass[i] * before.dot(after)
-        if ti.static(nodes.bends):
-            kinetic += _turn(nodes, loads, i, kick, dt_before, dt, half_time)
-        nodes.kinetic[i] = kinetic
-
-
-@ti.func
-def _turn(nodes: ti.template(), loads: ti.template(), i, kick, dt_before, dt, half_time):
-    """Kick and drift of a director: omega from the torque n x couple, n by the exponential map (T 2.33, 2.34).
-
-    omega stays across n, so there is no drilling; returns the kinetic energy of the turning [J].
-    """
-    n = nodes.N[i] + nodes.d[i]
-    before = nodes.omega[i]
-    torque = n.cross(nodes.couple[i])
-    twist = torque * 0.0  # all that turns from outside, reactions included
-    if ti.static(loads.twists):
-        moment = loads.moment.total[i]
-        twist = moment - moment.dot(n) * n
-        torque += twist
-    after = before + kick / nodes.inertia[i] * torque
-    if ti.static(loads.moves):
-        if nodes.fixed[i] > 0:
-            g = nodes.fixed[i] - 1
-            free = after
-            for c in ti.static(range(3)):
-                if loads.spin_mask[g][c] == 1:
-                    after[c] = loads.spin[g][c] * history(half_time, loads.rise[g])
-            after = undrilled(loads, g, n, after)
-            twist += nodes.inertia[i] / kick * (after - free)
-    if ti.static(loads.twists or loads.moves):
-        if any(twist != 0.0):
-            loads.work[i] += loads.ahead_spin[i] + 0.5 * dt_before * twist.dot(before)
-            loads.ahead_spin[i] = 0.5 * dt * twist.dot(after)
-    theta = dt * after
-    angle = theta.norm()
-    sinc, versine = 1.0 - angle * angle / 6.0, 0.5 - angle * angle / 24.0
-    if angle > 1e-2:
-        sinc, versine = ti.sin(angle) / angle, (1.0 - ti.cos(angle)) / (angle * angle)
-    turned = theta.cross(n)
-    d = nodes.d[i] + sinc * turned + versine * theta.cross(turned)
-    n = nodes.N[i] + d
-    nodes.d[i] = d + 0.5 * (1.0 - n.dot(n)) * n  # renormalised, without losing the small d in n
-    nodes.omega[i] = after
-    if dt_before == 0.0:
-        before = 2.0 * before - after
-    return 0.5 * nodes.inertia[i] * before.dot(after)
+def step(groups: Sequence[Group], couplings: Sequence[Coupling], now: Now) -> None:
+    """Advance all bodies by now.dt."""
+    due = [group for group in groups if now.due(group)]
+    for group in due:
+        group.strain(now)
+        group.events(now)
+    for coupling in couplings:
+        coupling.meet(now)
+    for group in due:
+        group.force(now)
+    for coupling in couplings:
+        coupling.add(now)
+    for coupling in couplings:
+        coupling.correct(now)
+    for group in due:
+        group.move(now)

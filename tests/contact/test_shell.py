@@ -34,8 +34,8 @@ def start(surface=None, velocity=(0.0, 0.0, -40.0), centre=(0.0, 0.0, TOP + 1e-6
 
 
 def shell_momentum(sim):
-    mass = runtime.get(sim.nodes.mass, sim.nodes.n).astype(float)
-    return mass @ runtime.get(sim.nodes.v, sim.nodes.n).astype(float)
+    mass = runtime.get(sim.shell.nodes.mass, sim.shell.nodes.n).astype(float)
+    return mass @ runtime.get(sim.shell.nodes.v, sim.shell.nodes.n).astype(float)
 
 
 def test_what_the_striker_loses_the_shell_gains():
@@ -62,7 +62,7 @@ def test_a_light_plate_struck_flat_takes_the_speed_of_the_striker():
     m = side**2 * THICKNESS * 7800.0
     v = 10.0 * 0.01 / (0.01 + m)
     assert runtime.get(sim.rigids.v, 1)[0, 2] == pytest.approx(-v, rel=1e-6)
-    assert runtime.get(sim.nodes.v, 4)[:, 2] == pytest.approx(np.full(4, -v), rel=1e-4)
+    assert runtime.get(sim.shell.nodes.v, 4)[:, 2] == pytest.approx(np.full(4, -v), rel=1e-4)
     assert sim.energies()["contact"] == pytest.approx(0.5 * 0.01 * m / (0.01 + m) * 100.0, rel=1e-3)
 
 
@@ -170,8 +170,8 @@ def test_two_pieces_of_one_shell_meet_only_with_self_contact(tmp_path):
         sim = two_plates(tmp_path / "plates.vtu", self_contact)
         before = shell_momentum(sim)
         sim.advance_to(150e-6)
-        X = sim.mesh.points
-        z = X[:, 2] + runtime.get(sim.nodes.u, sim.nodes.n)[:, 2]
+        X = sim.shell.mesh.points
+        z = X[:, 2] + runtime.get(sim.shell.nodes.u, sim.shell.nodes.n)[:, 2]
         order = np.lexsort(np.round(X / 1e-3).T)  # the lower plate first, both in the same order
         low, high = np.split(z[order], 2)
         gaps[self_contact] = (high - low).min()
@@ -186,14 +186,14 @@ def test_two_pieces_of_one_shell_meet_only_with_self_contact(tmp_path):
 def test_a_fragment_still_makes_contact():
     """All cells are broken: every node is a flake of its own, keeps its mass, and is struck like any other (T 2.3.6.3)."""
     sim = start(velocity=(0, 0, -40.0), centre=(0, 0, TOP + 1e-6))
-    sim.rupture.cut(np.arange(sim.cells.n))
-    assert runtime.get(sim.nodes.fragment, sim.nodes.n).all()
+    sim.shell.rupture.cut(np.arange(sim.shell.cells.n))
+    assert runtime.get(sim.shell.nodes.fragment, sim.shell.nodes.n).all()
     sim.advance_to(20e-6)
     lost = 0.154 * (np.array([0, 0, -40.0]) - runtime.get(sim.rigids.v, 1)[0])
     assert shell_momentum(sim) == pytest.approx(lost, rel=1e-10, abs=1e-12)
-    z = runtime.get(sim.nodes.v, sim.nodes.n)[:, 2]
+    z = runtime.get(sim.shell.nodes.v, sim.shell.nodes.n)[:, 2]
     struck = z != 0
-    assert 0 < struck.sum() < sim.nodes.n / 2
+    assert 0 < struck.sum() < sim.shell.nodes.n / 2
     # a free flake leaves with the speed of the ball or, struck aslant, with what of it lies along the normal
     assert z[struck].min() == pytest.approx(-40.0, rel=0.02)
     assert sim.contact.penetration < 0.02 * THICKNESS

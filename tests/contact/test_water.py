@@ -35,8 +35,8 @@ def start(scene, **options):
 
 
 def momentum(sim):
-    mass = runtime.get(sim.nodes.mass, sim.nodes.n).astype(float)
-    shell = mass @ runtime.get(sim.nodes.v, sim.nodes.n).astype(float)
+    mass = runtime.get(sim.shell.nodes.mass, sim.shell.nodes.n).astype(float)
+    shell = mass @ runtime.get(sim.shell.nodes.v, sim.shell.nodes.n).astype(float)
     return shell + sim.fluid.p.one * runtime.get(sim.fluid.p.v, sim.fluid.p.n).astype(float).sum(axis=0)
 
 
@@ -46,7 +46,7 @@ def test_water_thrown_at_its_can_gives_it_its_momentum(every):
     before = momentum(sim)
     sim.advance(300)
     assert momentum(sim) == pytest.approx(before, rel=1e-12)
-    assert np.linalg.norm(runtime.get(sim.nodes.v, sim.nodes.n).mean(axis=0)) > 0.5
+    assert np.linalg.norm(runtime.get(sim.shell.nodes.v, sim.shell.nodes.n).mean(axis=0)) > 0.5
     entries = sim.energies()
     assert entries["fluid viscous"] > 0
     assert abs(entries["contact"]) < 1e-3 * entries["injected"]  # pressure stops it before the pinballs do
@@ -112,15 +112,15 @@ def test_the_gauge_counts_what_has_left_and_nothing_else():
     assert row["escaped_mass"] == pytest.approx(3 * sim.fluid.p.one)
     # the wall comes in past the outermost particles beside it: they stand on its outer side, but within the tank as it was
     sim = start(can())
-    u = np.zeros((sim.nodes.n, 3))
-    wall = (sim.mesh.points[:, 0] > 0.04) & (np.abs(sim.mesh.points[:, 2] - 0.1) < 0.05)
+    u = np.zeros((sim.shell.nodes.n, 3))
+    wall = (sim.shell.mesh.points[:, 0] > 0.04) & (np.abs(sim.shell.mesh.points[:, 2] - 0.1) < 0.05)
     u[wall, 0] = -0.02
-    runtime.put(sim.nodes.u, u)
+    runtime.put(sim.shell.nodes.u, u)
     assert sim.leak.look()["escaped_count"] == 0
     # and a bulge: water that follows it outwards is still inside
     sim = start(can())
     u[wall, 0] = 0.02
-    runtime.put(sim.nodes.u, u)
+    runtime.put(sim.shell.nodes.u, u)
     x = runtime.get(sim.fluid.p.x, sim.fluid.p.n)
     follow = (x[:, 0] > 0.03) & (np.abs(x[:, 2] - 0.1) < 0.03) & (np.abs(x[:, 1]) < 0.01)
     x[follow, 0] += 0.015

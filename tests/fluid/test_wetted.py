@@ -86,10 +86,12 @@ def test_facets_of_a_plane_give_its_integral(above):
     points = runtime.get(f.wet.record, f.wet.n)
     # stress 1 on every particle: what the nodes get is V w
     runtime.put(f.wet.stress, np.ones(f.p.n))
-    runtime.put(sim.nodes.force, np.zeros((sim.nodes.n, 3)))
+    runtime.put(sim.shell.nodes.force, np.zeros((sim.shell.nodes.n, 3)))
     f.wet.bear(0.5 / (f.water.support * d))
-    assert len(points) == sim.nodes.n and f.p.n == 1
-    assert -runtime.get(sim.nodes.force, sim.nodes.n).sum(axis=0)[2] == pytest.approx(integral(above * d, f.water.support * d), rel=0.01)
+    assert len(points) == sim.shell.nodes.n and f.p.n == 1
+    assert -runtime.get(sim.shell.nodes.force, sim.shell.nodes.n).sum(axis=0)[2] == pytest.approx(
+        integral(above * d, f.water.support * d), rel=0.01
+    )
 
 
 @pytest.mark.parametrize("above", [0.5, 1.0, 1.5])
@@ -137,8 +139,8 @@ def divided(low: float, high: float):
 
 
 def test_past_the_rim_of_a_plate_one_pressure_pushes_nothing():
-    """Water on both sides of a plate and beyond its rim, where some of each kernel sees past it: at one pressure what is left is the noise of a
-    lattice beside facets."""
+    """Water on both sides of a plate and beyond its rim, where some of each kernel sees past it: at one pressure what is left is the
+    noise of a lattice beside facets."""
     d, half = 0.02, 0.5e-3
     x = (np.arange(10) - 4.5) * d
     z = half + (np.arange(5) + 0.5) * d
@@ -233,8 +235,8 @@ def test_pressure_does_the_work_that_the_density_stores(rigids, walled):
     runtime.put(p.x, runtime.get(p.x, p.n) + 0.1 * D * rng.uniform(-1, 1, (p.n, 3)))
     runtime.put(p.v, rng.normal(size=(p.n, 3)))
     runtime.put(p.s, rng.uniform(1e-4, 1e-3, p.n))
-    runtime.put(sim.nodes.v, rng.normal(size=(sim.nodes.n, 3)))
-    runtime.put(sim.nodes.force, np.zeros((sim.nodes.n, 3)))
+    runtime.put(sim.shell.nodes.v, rng.normal(size=(sim.shell.nodes.n, 3)))
+    runtime.put(sim.shell.nodes.force, np.zeros((sim.shell.nodes.n, 3)))
     if rigids:
         runtime.put(sim.rigids.x, np.array([[0.01, -0.01, 0.055]]))
         runtime.put(sim.rigids.v, rng.normal(size=(1, 3)))
@@ -249,9 +251,9 @@ def test_pressure_does_the_work_that_the_density_stores(rigids, walled):
     pair = runtime.get(p.pair, p.n)
     stored = (np.abs(pair[:, 3]) ** 3 * pair[:, 7] * div).sum()
     done = (runtime.get(p.force, p.n) * runtime.get(p.v, p.n)).sum() + (
-        runtime.get(sim.nodes.force, sim.nodes.n) * runtime.get(sim.nodes.v, sim.nodes.n)
+        runtime.get(sim.shell.nodes.force, sim.shell.nodes.n) * runtime.get(sim.shell.nodes.v, sim.shell.nodes.n)
     ).sum()
-    force = runtime.get(p.force, p.n).sum(axis=0) + runtime.get(sim.nodes.force, sim.nodes.n).sum(axis=0)
+    force = runtime.get(p.force, p.n).sum(axis=0) + runtime.get(sim.shell.nodes.force, sim.shell.nodes.n).sum(axis=0)
     if rigids:
         from taichi_sph.bodies.rigid.pool import spins
 
@@ -268,7 +270,7 @@ def test_even_water_under_pressure_stays_and_presses_on_its_can():
     sim = start(can())
     f, p = sim.fluid, sim.fluid.p
     runtime.put(p.s, np.full(p.n, 1e-3))
-    runtime.put(sim.nodes.force, np.zeros((sim.nodes.n, 3)))
+    runtime.put(sim.shell.nodes.force, np.zeros((sim.shell.nodes.n, 3)))
     f.rates(0.0, 1e-6)
     pressure = f.water.stiffness * 1e-3
     driven = np.linalg.norm(runtime.get(p.force, p.n), axis=1) / (pressure * p.spacing**2)
@@ -276,7 +278,7 @@ def test_even_water_under_pressure_stays_and_presses_on_its_can():
     corner = (np.hypot(x[:, 0], x[:, 1]) > 0.06 - 1.5 * D) & (np.minimum(x[:, 2], 0.15 - x[:, 2]) < 1.5 * D)
     assert driven[~corner].max() < 0.12 and driven.mean() < 0.05 and driven.max() < 0.3, (driven[~corner].max(), driven.max())
     # sum F.x over the shell = 3 p V; the kernels of the layer along the wall carry a little less, 8 % here where the can is 9.5 D wide
-    x, force = sim.mesh.points, runtime.get(sim.nodes.force, sim.nodes.n)
+    x, force = sim.shell.mesh.points, runtime.get(sim.shell.nodes.force, sim.shell.nodes.n)
     volume = np.pi * 0.0595**2 * 0.149
     assert (force * (x - [0, 0, 0.075])).sum() == pytest.approx(3 * pressure * volume, rel=0.1)
 

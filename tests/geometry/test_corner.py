@@ -35,17 +35,17 @@ def closed(request):
 
 def loads(sim, u: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(N, 3) forces [N] and couples [N m] at displacements u [m] and changes of directors d."""
-    n = sim.nodes.n
-    runtime.put(sim.nodes.u, u)
-    runtime.put(sim.nodes.d, d)
-    sim.internal.strain(0.0)
-    sim.internal.force()
-    return runtime.get(sim.nodes.force, n), runtime.get(sim.nodes.couple, n)
+    n = sim.shell.nodes.n
+    runtime.put(sim.shell.nodes.u, u)
+    runtime.put(sim.shell.nodes.d, d)
+    sim.shell.internal.strain(0.0)
+    sim.shell.internal.force()
+    return runtime.get(sim.shell.nodes.force, n), runtime.get(sim.shell.nodes.couple, n)
 
 
 def rigid(sim) -> tuple[np.ndarray, np.ndarray]:
     """A turn of 135 degrees about an odd axis, and a shift."""
-    X, N = sim.mesh.points, sim.mesh.node_normals
+    X, N = sim.shell.mesh.points, sim.shell.mesh.node_normals
     Q = Rotation.from_rotvec([0.3, -1.2, 2.0]).as_matrix()
     return X @ Q.T - X + [1, 2, 3], N @ Q.T - N
 
@@ -80,7 +80,7 @@ def test_forces_are_the_slope_of_the_energy(closed):
     energy = []
     for step in (1e-5, -1e-5):
         loads(closed, u + step * du, d + step * dd)
-        energy.append(closed.ledger.stored())
+        energy.append(closed.shell.stored())
     slope = (energy[0] - energy[1]) / 2e-5
     assert -((force * du).sum() + (couple * dd).sum()) == pytest.approx(slope, rel=1e-6)
 

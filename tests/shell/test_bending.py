@@ -49,7 +49,7 @@ def test_forces_and_moments_balance(sim):
     f, couple, _ = forces(sim, u, d)
     from ..shells import of_nodes
 
-    x, n = sim.mesh.points + u, of_nodes(sim, "N") + d
+    x, n = sim.shell.mesh.points + u, of_nodes(sim, "N") + d
     arms = np.abs(np.cross(x, f)).sum()
     assert np.abs(f.sum(axis=0)).max() < 1e-12 * np.abs(f).sum()
     assert np.abs(np.cross(x, f).sum(axis=0) + np.cross(n, couple).sum(axis=0)).max() < 1e-12 * arms
@@ -58,7 +58,7 @@ def test_forces_and_moments_balance(sim):
 def test_the_energy_does_not_see_a_rotation(sim):
     """Objectivity: the same deformation, turned, stores the same energy."""
     rng = np.random.default_rng(3)
-    X = sim.mesh.points
+    X = sim.shell.mesh.points
     u = 0.03 * rng.standard_normal(X.shape)
     d = 0.1 * rng.standard_normal(X.shape)
     from ..shells import of_nodes
@@ -73,7 +73,7 @@ def test_the_energy_does_not_see_a_rotation(sim):
 def test_constant_curvature_is_exact_on_a_plate():
     """A plate bent to w = k x^2 / 2 with its directors: energy 1/2 D k^2 per area, no shear, on irregular nodes."""
     sim = start(shell_scene("flat"))
-    X = sim.mesh.points
+    X = sim.shell.mesh.points
     k = 1e-5
     u, d = np.zeros_like(X), np.zeros_like(X)
     u[:, 2] = 0.5 * k * X[:, 0] ** 2
@@ -89,7 +89,7 @@ def test_six_rigid_modes_and_no_soft_one(surface):
     """Exactly six zero modes; the first flexible one is where it belongs, whatever the nodes."""
     from taichi_sph.world.instead.modes import lowest
 
-    found = {p: lowest(start(shell_scene(surface, irregularity=p)), 6) for p in (0.0, 0.25)}
+    found = {p: lowest(start(shell_scene(surface, irregularity=p)).shell, 6) for p in (0.0, 0.25)}
     for _, _, rigid in found.values():
         assert rigid == 6
     assert found[0.25][0] == pytest.approx(found[0.0][0], rel=0.03)

@@ -22,10 +22,10 @@ def case(request):
     sim = start(plate_scene(material=tough, cuts=CRACK if request.param != "sound" else ()))
     rng = np.random.default_rng(4)
     if tough:
-        given = rng.uniform(0, 0.9, sim.cells.n)
-        runtime.put(sim.cells.damage, given)
-        runtime.put(sim.cells.delayed, given)
-    u = 0.1 * D * rng.uniform(-1, 1, (sim.nodes.n, 2))
+        given = rng.uniform(0, 0.9, sim.shell.cells.n)
+        runtime.put(sim.shell.cells.damage, given)
+        runtime.put(sim.shell.cells.delayed, given)
+    u = 0.1 * D * rng.uniform(-1, 1, (sim.shell.nodes.n, 2))
     f = forces(sim, u)
     slopes = []
     for _ in range(3):
@@ -33,7 +33,7 @@ def case(request):
         step = 1e-4 * D
         w = [stored(sim, u + k * step * d) for k in (-2, -1, 1, 2)]
         slopes.append(((w[0] - 8 * w[1] + 8 * w[2] - w[3]) / (12 * step), -float(np.sum(f * d))))
-    return SimpleNamespace(f=f, x=plane(sim) + u, slopes=slopes, residual=sim.internal.stored(sim.ledger.reducer))
+    return SimpleNamespace(f=f, x=plane(sim) + u, slopes=slopes, residual=sim.shell.internal.stored(sim.shell.reducer))
 
 
 def test_forces_sum_to_zero(case):

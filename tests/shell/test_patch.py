@@ -42,7 +42,7 @@ def case(request):
         # positions of 2 m, rounded, differentiated over D
         rounding=2.0 / D * (1.1e-16 if precision == "f64" else 6e-8),
         X=plane(sim),
-        areas=sim.mesh.areas,
+        areas=sim.shell.mesh.areas,
         linear={},
         turned=[],
         inner=inner(sim, 3.0 * D),
@@ -56,11 +56,11 @@ def case(request):
         u = linear(sim, R - np.eye(2)) + [0.3, -1.7]
         result.turned.append(SimpleNamespace(f=forces(sim, u), E=strains(sim), energy=stored(sim, u)))
     if kind == "galerkin":
-        rows, edges = sim.internal.rows, sim.mesh.edges
+        rows, edges = sim.shell.internal.rows, sim.shell.mesh.edges
         start_, coef = runtime.get(rows.start, rows.n + 1), runtime.get(rows.coef, rows.pairs).astype(float)
         source = runtime.get(rows.source, rows.pairs)
         border = np.flatnonzero(edges.sides[:, 1] < 0)
-        shape = np.zeros((len(border), sim.nodes.n))
+        shape = np.zeros((len(border), sim.shell.nodes.n))
         for k, e in enumerate(border):
             shape[k, source[start_[e] : start_[e + 1]]] = coef[start_[e] : start_[e + 1]]
         a, b = (result.X[edges.nodes[border, c]] for c in (0, 1))

@@ -41,7 +41,7 @@ def plate(n=10, e=0.01, *, load, clamp=True, **more):
     )
     sim = start(scene)
     sim.advance(1)
-    X, u = sim.mesh.points, of_nodes(sim, "u")
+    X, u = sim.shell.mesh.points, of_nodes(sim, "u")
     return sim, u[np.argmin(np.linalg.norm(X - [0.5, 0.5, 0], axis=1))]
 
 
@@ -130,7 +130,7 @@ def test_a_dynamic_pressure_closes_the_balance():
             motions=held("shell", 0.125, *edges),
             pressures=[SurfacePressure(shell="shell", value=1e5)],
             safety=0.3,
-        )  # fmt: skip
+        )
     )
     sim.advance_to(4e-3)
     energies = sim.energies()
@@ -163,10 +163,10 @@ def test_an_end_moment_bends_a_strip_to_an_arc():
             duration=1.0,
             static=Static(increments=2, residual=1e-5),
             numerics=Numerics(spacing=1 / n),
-        )  # fmt: skip
+        )
     )
     sim.advance(2)
-    X, u = sim.mesh.points, of_nodes(sim, "u")
+    X, u = sim.shell.mesh.points, of_nodes(sim, "u")
     place = (X + u)[X[:, 0] > length - 0.1 / n].mean(axis=0)
     wanted = [length * math.sin(angle) / angle, width / 2, length * (1 - math.cos(angle)) / angle]
     assert place == pytest.approx(wanted, abs=0.02 * length)
@@ -192,11 +192,11 @@ def test_a_hundred_turns_at_speed(surface):
     turns = 100
     sim = start(shell_scene(surface, n=n, thickness=e, irregularity=0.2, duration=turns * 2 * math.pi / speed))
     spin(sim, omega, (3.0, -1.0, 2.0))
-    mass = runtime.get(sim.nodes.mass, sim.nodes.n).astype(float)
+    mass = runtime.get(sim.shell.nodes.mass, sim.shell.nodes.n).astype(float)
 
     def momenta():
-        v, x = of_nodes(sim, "v"), sim.mesh.points + of_nodes(sim, "u")
-        w, inertia = of_nodes(sim, "omega"), runtime.get(sim.nodes.inertia, sim.nodes.n).astype(float)
+        v, x = of_nodes(sim, "v"), sim.shell.mesh.points + of_nodes(sim, "u")
+        w, inertia = of_nodes(sim, "omega"), runtime.get(sim.shell.nodes.inertia, sim.shell.nodes.n).astype(float)
         return mass @ v, (mass[:, None] * np.cross(x, v)).sum(axis=0) + inertia @ w
 
     sim.advance(50)
@@ -230,8 +230,8 @@ def test_extremes_stay_bounded(name, cells):
     options = dict(EXTREMES[name])
     sim = start(shell_scene(options.pop("surface", "flat"), cells=cells, duration=1.0, **options))
     rng = np.random.default_rng(4)
-    v = min(1.0, 20 * sim.shell.thickness) * rng.standard_normal((sim.nodes.n, 3))
-    runtime.put(sim.nodes.v, v.astype(runtime.get(sim.nodes.v, sim.nodes.n).dtype))
+    v = min(1.0, 20 * sim.shell.thickness) * rng.standard_normal((sim.shell.nodes.n, 3))
+    runtime.put(sim.shell.nodes.v, v.astype(runtime.get(sim.shell.nodes.v, sim.shell.nodes.n).dtype))
     sim.advance(1)
     first = sim.energies()
     sim.advance(400)
@@ -260,12 +260,12 @@ def test_a_hole_stays_bounded(tmp_path):
     scene = shell_scene("flat", duration=1.0)
     shell = scene.shells[0].model_copy(update={"surface": MeshFile(path=tmp_path / "hole.vtu")})
     sim = start(scene.model_copy(update={"shells": (shell,)}))
-    assert sim.nodes.n == 80 and sim.cells.n == 60
+    assert sim.shell.nodes.n == 80 and sim.shell.cells.n == 60
     f, couple, energy = forces(sim, *turned(sim, Rotation.from_rotvec([1.0, 0.4, -2.0]), (1.0, 0.0, 0.0)))
     assert np.abs(f).max() < 1e-11 * 210e9 * 0.05 and energy < 1e-22 * 210e9 * 0.05
-    runtime.put(sim.nodes.d, 0 * of_nodes(sim, "d"))
-    runtime.put(sim.nodes.u, 0 * of_nodes(sim, "u"))
-    runtime.put(sim.nodes.v, np.random.default_rng(4).standard_normal((80, 3)))
+    runtime.put(sim.shell.nodes.d, 0 * of_nodes(sim, "d"))
+    runtime.put(sim.shell.nodes.u, 0 * of_nodes(sim, "u"))
+    runtime.put(sim.shell.nodes.v, np.random.default_rng(4).standard_normal((80, 3)))
     sim.advance(1)
     first = sim.energies()
     sim.advance(400)
@@ -298,10 +298,10 @@ def test_tension_to_half_its_length_again():
     while sim.time < 0.01 * (1 - 1e-9):  # the step is shortened on the way: a stretched shell is stiffer
         sim.advance_to(0.01)
     assert sim.dt < 0.8 * first
-    x = sim.mesh.points + of_nodes(sim, "u")
+    x = sim.shell.mesh.points + of_nodes(sim, "u")
     assert np.ptp(x[:, 0]) == pytest.approx(1.5, rel=0.01)
     assert np.abs(x[:, 2]).max() < 1e-6
-    inner = np.abs(sim.mesh.points[:, 0] - 0.5) < 0.3
+    inner = np.abs(sim.shell.mesh.points[:, 0] - 0.5) < 0.3
     assert np.abs(of_nodes(sim, "v")[inner, 0]).max() < 40.0
     assert abs(sim.energies()["closed_residual_percent"]) < 1.0
 
@@ -321,10 +321,10 @@ def test_compression_beyond_buckling():
             duration=0.025,
             motions=ends,
             forces=[NodalForce(shell="shell", where=Box(lo=(0.4, None, None), hi=(0.6, None, None)), total=(0, 0, 100.0))],
-        )  # fmt: skip
+        )
     )
     sim.advance_to(0.025)
-    x = sim.mesh.points + of_nodes(sim, "u")
+    x = sim.shell.mesh.points + of_nodes(sim, "u")
     assert np.isfinite(x).all()
     # the arc of a clamped column shortened by s: height 2/pi sqrt(s L); inertia may add half as much again
     height = 2 / math.pi * math.sqrt(0.1)

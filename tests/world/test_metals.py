@@ -68,7 +68,7 @@ def plate(strength, n=12, pressure=20e6, duration=1.5e-4, precision="f64", formu
 
 
 def cells(sim, name):
-    return runtime.get(getattr(sim.cells, name), sim.cells.n).astype(float)
+    return runtime.get(getattr(sim.shell.cells, name), sim.shell.cells.n).astype(float)
 
 
 @pytest.mark.parametrize("motion", ["in_plane", "free"])
@@ -93,7 +93,7 @@ def test_a_bar_drawn_and_pressed(motion, speed, strain):
     thickness = sim.frame().bodies[0].cell_data["thickness"]
     assert thickness.mean() == pytest.approx(1e-3 / np.sqrt(1 + strain), rel=0.01)
     energies = sim.energies()
-    held = sim.internal.stored(sim.ledger.reducer) / energies["elastic"]
+    held = sim.shell.internal.stored(sim.shell.reducer) / energies["elastic"]
     print(energies, "in residuals", held)
     assert abs(energies["closed_residual_percent"]) < 0.01
     assert energies["plastic"] == pytest.approx(10e-3 * 4e-3 * 1e-3 * (A * lam + H * lam**2 / 2), rel=0.01)
@@ -111,15 +111,15 @@ def test_the_step_holds_under_compression():
         sim = start(bar(-25.0, 2e-4, strength=Power(A=A, B=1e9, n=1)))
         first = sim.dt
         sim.advance_to(1.99e-4)
-        runtime.put(sim.cells.stress, 0.0 * runtime.get(sim.cells.stress, sim.cells.n))  # elastic from here
-        runtime.put(sim.nodes.v, 0.0 * runtime.get(sim.nodes.v, sim.nodes.n))
-        sim.loads.velocity.fill(0.0)
+        runtime.put(sim.shell.cells.stress, 0.0 * runtime.get(sim.shell.cells.stress, sim.shell.cells.n))  # elastic from here
+        runtime.put(sim.shell.nodes.v, 0.0 * runtime.get(sim.shell.nodes.v, sim.shell.nodes.n))
+        sim.shell.loads.velocity.fill(0.0)
         dt = first if part is None else part * sim.dt
         top = 0.0
         for k in range(400):
             step(sim, dt, dt)
             if k % 20 == 0:
-                top = max(top, np.abs(runtime.get(sim.nodes.v, sim.nodes.n)).max())
+                top = max(top, np.abs(runtime.get(sim.shell.nodes.v, sim.shell.nodes.n)).max())
         fastest.append(top)
     print("largest speed with half the step, the step, that of the start", fastest)
     assert fastest[1] < 1.5 * fastest[0]
@@ -167,11 +167,11 @@ def test_restart_is_exact(precision, layers):
 @pytest.mark.long
 def test_probing_sees_the_elastic_operator_and_changes_nothing():
     sim = start(plate(HARD, n=8))
-    fresh = sim.stable.frequency
+    fresh = sim.shell.stable.frequency
     sim.advance(60)
     assert cells(sim, "plastic").max() > 1e-3
     before = sim.state()
-    frequency, _ = largest_frequency(sim)
+    frequency, _ = largest_frequency(sim.shell)
     assert frequency == pytest.approx(fresh, rel=1e-6)
     assert same_state(sim.state(), before) == []
 
@@ -186,18 +186,18 @@ def test_a_look_changes_nothing(layers):
     before, energies = sim.state(), sim.energies()
     assert before["cells.delayed"].max() > 0.01 and before["galerkin.integrity"].min() < 0.99
     assert before["galerkin.slip"].max() > 0 and before["galerkin.slipped"].max() > 0
-    u = runtime.get(sim.nodes.u, sim.nodes.n)
+    u = runtime.get(sim.shell.nodes.u, sim.shell.nodes.n)
     for scale in (1.0, 2.0):
-        runtime.put(sim.nodes.u, scale * u)
-        sim.internal.strain(0.0)
-        sim.internal.force()
-    pulled = runtime.get(sim.nodes.force, sim.nodes.n)
-    runtime.put(sim.nodes.u, u)
+        runtime.put(sim.shell.nodes.u, scale * u)
+        sim.shell.internal.strain(0.0)
+        sim.shell.internal.force()
+    pulled = runtime.get(sim.shell.nodes.force, sim.shell.nodes.n)
+    runtime.put(sim.shell.nodes.u, u)
     assert same_state(sim.state(), before) == []
     assert sim.energies() == energies
-    sim.internal.strain(0.0)
-    sim.internal.force()
-    assert np.abs(runtime.get(sim.nodes.force, sim.nodes.n) - pulled).max() > 0
+    sim.shell.internal.strain(0.0)
+    sim.shell.internal.force()
+    assert np.abs(runtime.get(sim.shell.nodes.force, sim.shell.nodes.n) - pulled).max() > 0
 
 
 def test_the_slip_limit_is_one_of_layers_and_of_the_section():
@@ -225,15 +225,15 @@ def test_turning_while_drawn_changes_nothing():
     found = []
     for turns in (0.0, 0.4):
         sim = start(bar(25.0, 2e-4, motion="free"))
-        X, n = sim.mesh.points, sim.nodes.n
-        N = runtime.get(sim.nodes.N, n)
+        X, n = sim.shell.mesh.points, sim.shell.nodes.n
+        N = runtime.get(sim.shell.nodes.N, n)
         for k in range(1, 201):
             stretch = 1 + 0.3 * k / 200
             Q = Rotation.from_rotvec(2 * np.pi * turns * k / 200 * np.array([0.3, -0.8, 0.5]) / 0.99)
             x = Q.apply(X * [stretch, stretch**-0.5, 1])
-            runtime.put(sim.nodes.u, x - X)
-            runtime.put(sim.nodes.d, Q.apply(N) - N)
-            sim.internal.strain(1e-6)
+            runtime.put(sim.shell.nodes.u, x - X)
+            runtime.put(sim.shell.nodes.d, Q.apply(N) - N)
+            sim.shell.internal.strain(1e-6)
         found.append((cells(sim, "plastic"), cells(sim, "stress")))
     assert found[1][0] == pytest.approx(found[0][0], rel=1e-9)
     assert found[1][1] == pytest.approx(found[0][1], rel=1e-9, abs=1.0)
@@ -247,24 +247,24 @@ def test_a_rupture_keeps_the_stress_of_its_neighbours():
     assert cells(sim, "plastic").max() > 0.005
     names = ("stress", "plastic", "dissipated", "flow", "delayed")
     before, strain = {name: cells(sim, name) for name in names}, cells(sim, "strain")
-    stored, held = sim.ledger.stored(), sim.internal.stored(sim.ledger.reducer)
-    runtime.put(sim.cells.broken, np.isin(np.arange(sim.cells.n), [44, 45]).astype(np.int32))
-    own = stored - sim.ledger.stored()
-    sim.cells.broken.fill(0)
-    sim.rupture.cut(np.array([44, 45], np.int32))
+    stored, held = sim.shell.stored(), sim.shell.internal.stored(sim.shell.reducer)
+    runtime.put(sim.shell.cells.broken, np.isin(np.arange(sim.shell.cells.n), [44, 45]).astype(np.int32))
+    own = stored - sim.shell.stored()
+    sim.shell.cells.broken.fill(0)
+    sim.shell.rupture.cut(np.array([44, 45], np.int32))
     for name in names:
         assert np.array_equal(cells(sim, name), before[name]), name
     assert np.abs(cells(sim, "strain") - strain).max() > 0
-    print("residuals:", held, sim.internal.stored(sim.ledger.reducer), "released:", stored - sim.ledger.stored(), "of", stored)
+    print("residuals:", held, sim.shell.internal.stored(sim.shell.reducer), "released:", stored - sim.shell.stored(), "of", stored)
     # what is gone is what the broken cells stored, and a part of what the residuals held
-    lost = held - sim.internal.stored(sim.ledger.reducer)
+    lost = held - sim.shell.internal.stored(sim.shell.reducer)
     assert 0 <= lost < held
-    assert stored - sim.ledger.stored() == pytest.approx(own + lost, rel=1e-9)
+    assert stored - sim.shell.stored() == pytest.approx(own + lost, rel=1e-9)
     # two more break in the midst of a step: what they release is booked, and their neighbours take the load
     sim.advance(1)
     off = [_off(sim.energies())]
-    runtime.put(sim.cells.new, np.array([54, 55], np.int32))
-    sim.cells.n_new[0] = 2
+    runtime.put(sim.shell.cells.new, np.array([54, 55], np.int32))
+    sim.shell.cells.n_new[0] = 2
     sim.advance(20)
     off.append(_off(sim.energies()))
     print("closed residual [J] before and after:", off, "of", sim.energies()["external"])
@@ -290,7 +290,7 @@ def test_collocation_takes_the_same_stresses(motion):
         while sim.time < 4e-5:
             step(sim, sim.dt, sim.dt)
             sim.time += sim.dt
-        middle = np.abs(sim.mesh.centres[:, 0] - 5e-3) < 2e-3
+        middle = np.abs(sim.shell.mesh.centres[:, 0] - 5e-3) < 2e-3
         found.append((cells(sim, "plastic")[middle].mean(), cells(sim, "stress")[middle, 0].mean()))
     print("p, stress:", found)
     assert found[1] == pytest.approx(found[0], rel=0.02)
@@ -303,12 +303,12 @@ def test_the_residual_yields_with_its_cells():
     for name in ("yields", "elastic"):
         sim = start(plate(HARD, n=16, pressure=8e6, duration=4e-4))
         if name == "elastic":
-            sim.internal.reach.fill(1e30)
+            sim.shell.internal.reach.fill(1e30)
         sim.advance_to(3.99e-4)
         energies = sim.energies()
         assert abs(energies["closed_residual_percent"]) < 0.01
-        u = runtime.get(sim.nodes.u, sim.nodes.n)
-        found[name] = sim.internal.stored(sim.ledger.reducer), np.abs(u[:, 2]).max(), energies["elastic"]
+        u = runtime.get(sim.shell.nodes.u, sim.shell.nodes.n)
+        found[name] = sim.shell.internal.stored(sim.shell.reducer), np.abs(u[:, 2]).max(), energies["elastic"]
     print(found)
     assert found["yields"][0] < 0.5 * found["elastic"][0]
     assert found["yields"][1] == pytest.approx(found["elastic"][1], rel=5e-3)
@@ -340,11 +340,11 @@ def test_a_bent_strip_forms_its_hinge(layers):
         duration=duration, numerics=Numerics(spacing=h),
     )  # fmt: skip
     sim = start(scene)
-    x, none = sim.mesh.points[:, 0], np.zeros(sim.nodes.n)
-    runtime.put(sim.nodes.v, np.stack([none, none, 0.5 * rate * x**2], axis=1))  # already bending as its ends will have it
-    runtime.put(sim.nodes.omega, np.stack([none, -rate * x, none], axis=1))
+    x, none = sim.shell.mesh.points[:, 0], np.zeros(sim.shell.nodes.n)
+    runtime.put(sim.shell.nodes.v, np.stack([none, none, 0.5 * rate * x**2], axis=1))  # already bending as its ends will have it
+    runtime.put(sim.shell.nodes.omega, np.stack([none, -rate * x, none], axis=1))
     zeta, weight = np.polynomial.legendre.leggauss(layers or 1)
-    middle = np.abs(sim.mesh.centres[:, 0] - L / 2) < L / 4  # away from the ends, which are kept straight
+    middle = np.abs(sim.shell.mesh.centres[:, 0] - L / 2) < L / 4  # away from the ends, which are kept straight
     for k in range(1, 33):
         sim.advance_to(duration * k / 33)
         bent = np.abs(cells(sim, "strain")[middle, 3]) / kappa_y

@@ -58,15 +58,17 @@ def cracked(request):
     """A plate with a pre-crack: every link of every kind, the broken cells' polygons, the fragments."""
     kind, cells, irregularity = request.param
     sim = start(plate_scene(formulation=kind, cells=cells, irregularity=irregularity, cuts=[crack()]))
-    broken = runtime.get(sim.cells.broken, sim.cells.n) == 1
-    assert np.array_equal(np.flatnonzero(broken), sim.cut_cells)
-    polygons = [sim.mesh.points[c[c >= 0], :2] for c in sim.mesh.cells[broken]]
+    broken = runtime.get(sim.shell.cells.broken, sim.shell.cells.n) == 1
+    assert np.array_equal(np.flatnonzero(broken), sim.shell.cut_cells)
+    polygons = [sim.shell.mesh.points[c[c >= 0], :2] for c in sim.shell.mesh.cells[broken]]
     dead = {
-        "nodes": runtime.get(sim.nodes.fragment, sim.nodes.n) == 1,
+        "nodes": runtime.get(sim.shell.nodes.fragment, sim.shell.nodes.n) == 1,
         "cells": broken,
     }
-    kinds = [(links_of(sim, links), dead["cells" if links.n_sources == sim.cells.n else "nodes"]) for links in sim.internal.links]
-    return SimpleNamespace(kinds=kinds, polygons=polygons, broken=broken, dead=dead, mesh=sim.mesh, u=None)
+    kinds = [
+        (links_of(sim, links), dead["cells" if links.n_sources == sim.shell.cells.n else "nodes"]) for links in sim.shell.internal.links
+    ]
+    return SimpleNamespace(kinds=kinds, polygons=polygons, broken=broken, dead=dead, mesh=sim.shell.mesh, u=None)
 
 
 def test_no_live_link_crosses_the_crack(cracked):
@@ -98,7 +100,7 @@ def test_the_mouth_is_open(cracked):
 
 
 def test_cut_links_count_nothing(cracked):
-    for (_, _, cut, source, coef), dead in cracked.kinds:
+    for (_, _, _, source, coef), dead in cracked.kinds:
         assert np.all(coef[dead[source]] == 0)
 
 
@@ -112,7 +114,7 @@ def test_an_opened_crack_strains_nothing():
     upper = plane(sim)[:, 1] > SIDE / 2 + 1e-9
     u = np.where(upper[:, None], [1e-4, 2e-4], [-3e-4, -1e-4])
     f = forces(sim, u)
-    live = runtime.get(sim.cells.broken, sim.cells.n) == 0
+    live = runtime.get(sim.shell.cells.broken, sim.shell.cells.n) == 0
     assert np.abs(strains(sim)[live]).max() < 1e-12
     assert np.abs(f).max() < 1e-12 * 32e9 * 4e-3 * 1e-3
     assert stored(sim, u) < 1e-20
@@ -126,25 +128,24 @@ def branching():
     """B1, coarse: history of the ledger, of the symmetry, and of the links."""
     scene = load_scene(B1, {"quality": "draft"})
     sim = start(scene)
-    X, C = plane(sim), sim.mesh.centres[:, :2]
+    X, C = plane(sim), sim.shell.mesh.centres[:, :2]
     image = np.array([np.argmin(np.sum((X - x * [1, -1]) ** 2, axis=1)) for x in X])
     cell_image = np.array([np.argmin(np.sum((C - x * [1, -1]) ** 2, axis=1)) for x in C])
     history, quiet = [], []
     links = None
     while sim.steps_left:
-        before, events = links, sim.rupture.events
+        before, events = links, sim.shell.rupture.events
         sim.advance(min(5, sim.steps_left))
-        links = {k: v for k, v in sim.internal.rows.state().items()} | {
-            "coef": runtime.get(sim.internal.rows.coef, sim.internal.rows.pairs)
-        }
-        if before is not None and sim.rupture.events == events:
+        rows = sim.shell.internal.rows
+        links = dict(rows.state()) | {"coef": runtime.get(rows.coef, rows.pairs)}
+        if before is not None and sim.shell.rupture.events == events:
             quiet.append(all(np.array_equal(before[k], links[k]) for k in links))
-        v, D = velocity(sim), runtime.get(sim.cells.delayed, sim.cells.n)
+        v, D = velocity(sim), runtime.get(sim.shell.cells.delayed, sim.shell.cells.n)
         history.append(
             {
                 **sim.energies(),
                 "t": sim.time,
-                "broken": int(runtime.get(sim.cells.broken, sim.cells.n).sum()),
+                "broken": int(runtime.get(sim.shell.cells.broken, sim.shell.cells.n).sum()),
                 "v_asymmetry": np.abs(v - v[image] * [1, -1]).max() / np.abs(v).max(),
                 "D_asymmetry": np.abs(D - D[cell_image]).max(),
             }
@@ -154,10 +155,10 @@ def branching():
         quiet=quiet,
         mass=mass(sim).sum(),
         shell=scene.shells[0],
-        precut=len(sim.cut_cells),
-        rupture_time=runtime.get(sim.cells.rupture_time, sim.cells.n),
-        broken=runtime.get(sim.cells.broken, sim.cells.n),
-        cut_cells=sim.cut_cells,
+        precut=len(sim.shell.cut_cells),
+        rupture_time=runtime.get(sim.shell.cells.rupture_time, sim.shell.cells.n),
+        broken=runtime.get(sim.shell.cells.broken, sim.shell.cells.n),
+        cut_cells=sim.shell.cut_cells,
     )
 
 
@@ -211,11 +212,11 @@ def test_a_fragment_keeps_mass_and_velocity(kind):
     sim.advance(3)
     X = plane(sim)
     lone = int(np.argmin(np.sum((X - [0.75 * SIDE, 0.25 * SIDE]) ** 2, axis=1)))
-    around = np.flatnonzero((sim.mesh.cells == lone).any(axis=1))
+    around = np.flatnonzero((sim.shell.mesh.cells == lone).any(axis=1))
     assert len(around) == 4
-    sim.rupture.cut(around)
+    sim.shell.rupture.cut(around)
     v = velocity(sim)
-    fragment = runtime.get(sim.nodes.fragment, sim.nodes.n)
+    fragment = runtime.get(sim.shell.nodes.fragment, sim.shell.nodes.n)
     assert fragment[lone] == 1 and sim.status()["fragments"] == fragment.sum()
     u = displacement(sim)
     sim.advance(10)
@@ -223,15 +224,15 @@ def test_a_fragment_keeps_mass_and_velocity(kind):
     assert displacement(sim)[lone] - u[lone] == pytest.approx(10 * sim.dt * v[lone], rel=1e-9)
     assert np.array_equal(mass(sim), m)
     # moved far away, it changes no force on any other node
-    sim.internal.strain(0.0)
-    sim.internal.force()
-    before = runtime.get(sim.nodes.force, sim.nodes.n)
+    sim.shell.internal.strain(0.0)
+    sim.shell.internal.force()
+    before = runtime.get(sim.shell.nodes.force, sim.shell.nodes.n)
     far = displacement(sim)
     far[lone] += 1.0
     put(sim, "u", far)
-    sim.internal.strain(0.0)
-    sim.internal.force()
-    assert np.array_equal(runtime.get(sim.nodes.force, sim.nodes.n), before)
+    sim.shell.internal.strain(0.0)
+    sim.shell.internal.force()
+    assert np.array_equal(runtime.get(sim.shell.nodes.force, sim.shell.nodes.n), before)
 
 
 def test_tearing_stays_below_the_stable_step():
@@ -242,9 +243,9 @@ def test_tearing_stays_below_the_stable_step():
     events, above = -1, 0
     while sim.steps_left:
         sim.advance(1)
-        if sim.rupture.events != events:
-            events = sim.rupture.events
-            above += sim.dt * largest_frequency(sim)[0] / 2 > 1.0
+        if sim.shell.rupture.events != events:
+            events = sim.shell.rupture.events
+            above += sim.dt * largest_frequency(sim.shell)[0] / 2 > 1.0
     assert sim.status()["broken"] > 40 and sim.status()["fragments"] > 10
     assert above == 0
     assert abs(sim.energies()["closed_residual_percent"]) < 0.2
@@ -258,6 +259,6 @@ def test_a_look_changes_nothing():
     before = sim.state()
     u = displacement(sim)
     put(sim, "u", 1.5 * u)
-    sim.internal.strain(0.0)
+    sim.shell.internal.strain(0.0)
     put(sim, "u", u)
     assert same_state(sim.state(), before) == []

@@ -18,10 +18,10 @@ from ...runtime import ti
 
 
 class Rupture:
-    """Owns the events of one simulation."""
+    """Owns the events of a group of shells."""
 
-    def __init__(self, sim):
-        self.sim = sim
+    def __init__(self, group):
+        self.group = group
         self.released = 0.0  # J
         self.broken = 0  # cells
         self.events = 0
@@ -29,33 +29,33 @@ class Rupture:
 
     def happen(self) -> bool:
         """Let the cells break that reached D_c in this step; True when any did."""
-        sim = self.sim
-        if not sim.material.breaks:
+        group = self.group
+        if not group.material.breaks:
             return False
-        n_new = int(sim.cells.n_new[0])
+        n_new = int(group.cells.n_new[0])
         if n_new == 0:
             return False
-        for pressure in sim.pressures:
-            pressure.before_rupture(sim.time)
-        before = sim.ledger.stored()
-        self.open(n_new, sim.time)
-        self.released += before - sim.ledger.stored()
+        for pressure in group.pressures:
+            pressure.before_rupture(group.now.time)
+        before = group.stored()
+        self.open(n_new, group.now.time)
+        self.released += before - group.stored()
         self.events += 1
         return True
 
     def open(self, n_new: int, time: float) -> None:
         """Break the cells on the list `new`, and whatever follows from it."""
-        sim = self.sim
-        cells, nodes = sim.cells, sim.nodes
+        group = self.group
+        cells, nodes = group.cells, group.nodes
         while n_new:
             self.broken += n_new
             self.fragments += _break(cells, nodes, n_new, time)
-            sim.internal.drop(n_new)
-            touched = [(links, links.cut_through(cells, cells.new, n_new)) for links in sim.internal.links]
+            group.internal.drop(n_new)
+            touched = [(links, links.cut_through(cells, cells.new, n_new)) for links in group.internal.links]
             cells.n_new[0] = 0
             for links, n_touched in touched:
                 links.renew_touched(n_touched)
-                sim.internal.restrain(links, n_touched)
+                group.internal.restrain(links, n_touched)
             n_new = int(cells.n_new[0])
         cells.n_new[0] = 0
 
@@ -63,7 +63,7 @@ class Rupture:
         """Pre-cracks and notches: break these cells before anything moves."""
         if len(numbers) == 0:
             return
-        runtime.put(self.sim.cells.new, numbers.astype(np.int32))
+        runtime.put(self.group.cells.new, numbers.astype(np.int32))
         self.open(len(numbers), float("nan"))
 
     def state(self) -> dict[str, np.ndarray]:

@@ -28,17 +28,17 @@ class StableStep:
     change by percents in a step, so it is looked at every few steps and given more room.
     """
 
-    def __init__(self, sim):
-        self.sim = sim
-        self.safety = sim.scene.numerics.time_step_safety
-        self.frequency, self.mode = largest_frequency(sim)
+    def __init__(self, group):
+        self.group = group
+        self.safety = group.scene.numerics.time_step_safety
+        self.frequency, self.mode = largest_frequency(group)
         self.stiffer = 1.0  # frequency over that at rest
-        self.look_every = sim.internal.look_every
-        if sim.material.yields:
+        self.look_every = group.internal.look_every
+        if group.material.yields:
             self.stiffer, self.look_every = ROOM, 10
-            self.blocks = -(-sim.cells.n // BLOCK)
+            self.blocks = -(-group.cells.n // BLOCK)
             self.partial = runtime.new("stable.partial", self.blocks, dtype="f64")
-        self.events, self.looked = sim.rupture.events, 0
+        self.events, self.looked = group.rupture.events, 0
 
     @property
     def dt(self) -> float:
@@ -47,9 +47,9 @@ class StableStep:
 
     def _stretched(self) -> bool:
         """Whether sound cells are stretched beyond what the step allows for: then it is shortened, with some room."""
-        cells = self.sim.cells
-        if self.sim.material.yields:
-            _stiffest(self.partial, cells, self.sim.material, cells.n, self.blocks)
+        cells = self.group.cells
+        if self.group.material.yields:
+            _stiffest(self.partial, cells, self.group.material, cells.n, self.blocks)
             needed = max(1.0, float(np.sqrt(runtime.get(self.partial, self.blocks).max())))
             if not 1.02 * self.stiffer < needed < np.inf:
                 return False
@@ -64,15 +64,15 @@ class StableStep:
         self.stiffer = 1.04 * needed
         return True
 
-    def watch(self) -> bool:
+    def watch(self, now) -> bool:
         """Look again when something broke or is stretched; True when the step has to be shortened."""
-        sim = self.sim
-        if sim.step % self.look_every == 0 and self._stretched():
+        group = self.group
+        if now.step % self.look_every == 0 and self._stretched():
             return True
-        if sim.rupture.events == self.events or sim.step - self.looked < sim.internal.look_every:
+        if group.rupture.events == self.events or now.step - self.looked < group.internal.look_every:
             return False
-        self.events, self.looked = sim.rupture.events, sim.step
-        frequency, self.mode = largest_frequency(sim, AGAIN, self.mode)
+        self.events, self.looked = group.rupture.events, now.step
+        frequency, self.mode = largest_frequency(group, AGAIN, self.mode)
         if frequency <= 1.001 * self.frequency:
             return False
         self.frequency = frequency
@@ -98,13 +98,13 @@ class Operator:
     along the director is projected out. `close` puts the displacements back.
     """
 
-    def __init__(self, sim, across: np.ndarray | None = None):
+    def __init__(self, group, across: np.ndarray | None = None):
         """across (N,): weight across the shell over weight along it, where masses are fictitious (relax)."""
-        self.sim = sim
-        nodes, n = sim.nodes, sim.nodes.n
+        self.group = group
+        nodes, n = group.nodes, group.nodes.n
         self.u0 = runtime.get(nodes.u, n)
         self.real = self.u0.dtype
-        self.scale = STRAIN[sim.scene.numerics.precision] * sim.spacing
+        self.scale = STRAIN[group.scene.numerics.precision] * group.spacing
         self.root = np.sqrt(runtime.get(nodes.mass, n).astype(np.float64))[:, None] * np.ones(nodes.dim)
         self.N = None
         if nodes.bends:
@@ -123,18 +123,18 @@ class Operator:
         return np.hstack([y[:, :3], d - np.einsum("ni,ni->n", d, self.N)[:, None] * self.N])
 
     def __call__(self, y: np.ndarray) -> np.ndarray:
-        sim, nodes, n = self.sim, self.sim.nodes, self.sim.nodes.n
+        group, nodes, n = self.group, self.group.nodes, self.group.nodes.n
         w = self._lighten(self._across(y) / self.root)
         # one size for displacements and for director changes, both small against 1 in their own unit
-        largest = np.abs(w[:, : nodes.dim]).max() / sim.spacing
+        largest = np.abs(w[:, : nodes.dim]).max() / group.spacing
         if nodes.bends:
             largest = max(largest, np.abs(w[:, 3:]).max())
-        size = self.scale / sim.spacing / max(largest, 1e-300)
+        size = self.scale / group.spacing / max(largest, 1e-300)
         runtime.put(nodes.u, (size * w[:, : nodes.dim]).astype(self.real))
         if nodes.bends:
             runtime.put(nodes.d, (size * w[:, 3:]).astype(self.real))
-        sim.internal.strain(0.0, intact=1)
-        sim.internal.force()
+        group.internal.strain(0.0, intact=1)
+        group.internal.force()
         force = runtime.get(nodes.force, n).astype(np.float64)
         if nodes.bends:
             force = np.hstack([force, runtime.get(nodes.couple, n).astype(np.float64)])
@@ -148,14 +148,14 @@ class Operator:
         return np.hstack([y[:, :3] + normal[:, None] * self.N, y[:, 3:]])
 
     def close(self) -> None:
-        runtime.put(self.sim.nodes.u, self.u0)
+        runtime.put(self.group.nodes.u, self.u0)
         if self.N is not None:
-            runtime.put(self.sim.nodes.d, self.d0)
+            runtime.put(self.group.nodes.d, self.d0)
 
 
-def largest_frequency(sim, iterations: int = 40, start: np.ndarray | None = None, across=None) -> tuple[float, np.ndarray]:
+def largest_frequency(group, iterations: int = 40, start: np.ndarray | None = None, across=None) -> tuple[float, np.ndarray]:
     """(omega_max [rad/s] with its error bound added, Ritz vector in mass-weighted displacements)."""
-    operator = Operator(sim, across)
+    operator = Operator(group, across)
     q = np.random.default_rng(0).standard_normal(operator.shape) if start is None else start
     basis = [q / np.linalg.norm(q)]
     H = np.zeros((iterations + 1, iterations))

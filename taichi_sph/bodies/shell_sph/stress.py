@@ -17,7 +17,11 @@ Everything is written with u and d, so that nothing cancels in f32. The strains 
 kappa22, 2 kappa12, gamma1, gamma2) are kept: the energy ledger is made from them.
 """
 
+import numpy as np
+
+from ... import runtime
 from ...laws import delay, elastic, mazars
+from ...numerics.reduce import BLOCK
 from ...runtime import ti
 from . import metal
 
@@ -104,7 +108,8 @@ def resultants(cells: ti.template(), material: ti.template(), s, u1, u2, d1, d2,
 
     Advances damage over dt. intact = 1 leaves damage out (for the spectrum); a cell that reaches D_c is put on
     the list `new`. tally = 0 renews strain and damage without charging the ledger (after a rupture has changed
-    the links). Where there is history a mere look, dt = 0, writes none of it. A shell that stays in its plane ignores d1, d2, d and returns zeros for m and q.
+    the links). Where there is history a mere look, dt = 0, writes none of it. A shell that stays in its plane ignores d1, d2, d and
+    returns zeros for m and q.
     """
     a1, a2 = cells.a1[s], cells.a2[s]
     x1, x2 = a1 + u1, a2 + u2
@@ -144,3 +149,19 @@ def resultants(cells: ti.template(), material: ti.template(), s, u1, u2, d1, d2,
         m2 = r[5] * x1 + r[4] * x2
         q = r[6] * x1 + r[7] * x2
     return n1, n2, m1, m2, q
+
+
+def stored_energy(partial, cells, material, blocks: int) -> float:
+    """Elastic energy of the live cells [J]; partial: scratch for one number a block."""
+    _elastic(partial, cells, material, cells.n, blocks)
+    return float(np.sum(runtime.get(partial, blocks)))
+
+
+@ti.kernel
+def _elastic(partial: ti.template(), cells: ti.template(), material: ti.template(), n: ti.i32, blocks: ti.i32):
+    for b in range(blocks):
+        s = ti.cast(0.0, ti.f64)
+        for c in range(b * BLOCK, ti.min(n, (b + 1) * BLOCK)):
+            if cells.broken[c] == 0:
+                s += ti.cast(energy_density(cells, material, c) * cells.area[c], ti.f64)
+        partial[b] = s

@@ -13,7 +13,6 @@ import numpy as np
 
 from ... import runtime
 from ...errors import RunStopped
-from ..step import step
 
 SMALL = 1e-9  # of the wave speed: the motion is linear
 GROWN = 1e6  # times the kinetic energy of the first step: far more than what stays within bounds ever reaches
@@ -22,20 +21,20 @@ GROWN = 1e6  # times the kinetic energy of the first step: far more than what st
 class LimitSearch:
     """predicted, measured, thesis [s]."""
 
-    def __init__(self, sim, steps: int, resolution: float):
-        self.sim, self.steps, self.resolution, self.work = sim, steps, resolution, 0.0
-        self.predicted = 2.0 / sim.stable.frequency
+    def __init__(self, world, group, steps: int, resolution: float):
+        self.world, self.group, self.steps, self.resolution, self.work = world, group, steps, resolution, 0.0
+        self.predicted = 2.0 / group.stable.frequency
         self.measured = math.nan
-        shell = sim.shell
-        self.thesis = thesis_step(sim.spacing, shell.thickness, shell.material)
+        shell = group.shell
+        self.thesis = thesis_step(group.spacing, shell.thickness, shell.material)
         rng = np.random.default_rng(0)
         material = shell.material
         speed = SMALL * math.sqrt(material.young / material.density)
-        n = sim.nodes.n
-        self.velocity = speed * rng.standard_normal((n, sim.nodes.dim))
-        if sim.nodes.bends:
-            N = runtime.get(sim.nodes.N, n).astype(np.float64)
-            spin = speed / sim.spacing * rng.standard_normal((n, 3))
+        n = group.nodes.n
+        self.velocity = speed * rng.standard_normal((n, group.nodes.dim))
+        if group.nodes.bends:
+            N = runtime.get(group.nodes.N, n).astype(np.float64)
+            spin = speed / group.spacing * rng.standard_normal((n, 3))
             self.spin = spin - np.einsum("ni,ni->n", spin, N)[:, None] * N
 
     def settle(self, time: float) -> None:
@@ -45,7 +44,7 @@ class LimitSearch:
         while self._grows(low):
             if low < self.predicted / 8:
                 raise RunStopped(
-                    f"shell '{self.sim.shell.name}': the motion grows even at an eighth of the predicted step,"
+                    f"shell '{self.group.shell.name}': the motion grows even at an eighth of the predicted step,"
                     f" {self.predicted:.3g} s; the formulation has growing modes of its own, so there is no limit to find"
                 )
             high, low = low, low / factor
@@ -59,17 +58,17 @@ class LimitSearch:
             low, high = (low, middle) if self._grows(middle) else (middle, high)
         self.measured = low
         self._rest()
-        self.sim.internal.strain(0.0)  # nothing stays stored
-        self.sim.step += 1
+        self.group.internal.strain(0.0)  # nothing stays stored
+        self.world.step += 1
 
     def _rest(self) -> None:
-        nodes = self.sim.nodes
+        nodes = self.group.nodes
         for field in [nodes.u, nodes.v] + ([nodes.d, nodes.omega] if nodes.bends else []):
             field.fill(0.0)
 
     def _grows(self, dt: float) -> bool:
-        sim = self.sim
-        nodes, n = sim.nodes, sim.nodes.n
+        group = self.group
+        nodes, n = group.nodes, group.nodes.n
         self._rest()
         real = runtime.get(nodes.v, n).dtype
         runtime.put(nodes.v, self.velocity.astype(real))
@@ -77,10 +76,10 @@ class LimitSearch:
             runtime.put(nodes.omega, self.spin.astype(real))
         before, first = 0.0, None
         for k in range(self.steps):
-            step(sim, before, dt)
+            self.world.take(before, dt)
             before = dt
             if k % 20 == 0 or k == self.steps - 1:
-                kinetic = abs(sim.ledger.kinetic())
+                kinetic = abs(self.group.kinetic())
                 first = kinetic if first is None else first
                 if not kinetic < GROWN * first:
                     return True

@@ -22,25 +22,25 @@ class ModeSearch:
     frequency (count,) [Hz], shapes (count, N, 6) mass-normalised, rigid: how many modes are still.
     """
 
-    def __init__(self, sim, count: int):
-        self.sim, self.count, self.shown, self.work = sim, count, -1, 0.0
-        self.frequency, self.shapes, self.rigid = lowest(sim, count)
+    def __init__(self, world, group, count: int):
+        self.world, self.group, self.count, self.shown, self.work = world, group, count, -1, 0.0
+        self.frequency, self.shapes, self.rigid = lowest(group, count)
 
     def settle(self, time: float) -> None:
         """Show the next mode."""
-        sim = self.sim
+        group = self.group
         self.shown = min(self.shown + 1, self.count - 1)
-        sim.step += 1
+        self.world.step += 1
         shape = self.shapes[self.shown]
-        size = float(np.ptp(sim.mesh.points, axis=0).max())
+        size = float(np.ptp(group.mesh.points, axis=0).max())
         scale = SHOWN * size / max(np.linalg.norm(shape[:, :3], axis=1).max(), 1e-300)
-        n, dim = sim.nodes.n, sim.nodes.dim
-        runtime.put(sim.nodes.u, (scale * shape[:, :dim]).astype(runtime.get(sim.nodes.u, n).dtype))
-        if sim.nodes.bends:
-            N = runtime.get(sim.nodes.N, n)
+        n, dim = group.nodes.n, group.nodes.dim
+        runtime.put(group.nodes.u, (scale * shape[:, :dim]).astype(runtime.get(group.nodes.u, n).dtype))
+        if group.nodes.bends:
+            N = runtime.get(group.nodes.N, n)
             director = N + scale * shape[:, 3:]
             director /= np.linalg.norm(director, axis=1)[:, None]
-            runtime.put(sim.nodes.d, (director - N).astype(N.dtype))
+            runtime.put(group.nodes.d, (director - N).astype(N.dtype))
 
     def state(self) -> dict[str, np.ndarray]:
         return {"modes.shown": np.array(self.shown)}
@@ -59,16 +59,16 @@ class ModeSearch:
     rule = "one natural mode a step"
 
 
-def free_directions(sim) -> np.ndarray:
+def free_directions(group) -> np.ndarray:
     """(N, c, f) orthonormal directions in which each node may move, of its c unknowns (u, then d); zero columns
     where a motion or the director leaves none."""
-    nodes, n, dim = sim.nodes, sim.nodes.n, sim.nodes.dim
+    nodes, n, dim = group.nodes, group.nodes.n, group.nodes.dim
     c = dim + 3 if nodes.bends else dim
     free = np.zeros((n, c, c))
     free[:, range(dim), range(dim)] = 1.0
     fixed = runtime.get(nodes.fixed, n)
-    if sim.loads.moves:
-        mask = runtime.get(sim.loads.mask, int(fixed.max(initial=0)))
+    if group.loads.moves:
+        mask = runtime.get(group.loads.mask, int(fixed.max(initial=0)))
         held = fixed > 0
         keep = np.ones((int(held.sum()), c))
         keep[:, :dim] -= mask[fixed[held] - 1]
@@ -76,8 +76,8 @@ def free_directions(sim) -> np.ndarray:
     if nodes.bends:
         N = runtime.get(nodes.N, n).astype(np.float64)
         axes = np.tile(np.eye(3), (n, 1, 1))
-        if sim.loads.moves:
-            spin = runtime.get(sim.loads.spin_mask, int(fixed.max(initial=0)))
+        if group.loads.moves:
+            spin = runtime.get(group.loads.spin_mask, int(fixed.max(initial=0)))
             axes[held] *= 1.0 - spin[fixed[held] - 1].astype(float)[:, :, None]
         turned = np.cross(axes, N[:, None, :]).transpose(0, 2, 1)  # columns: what a turn about an axis does to N
         vectors, size, _ = np.linalg.svd(turned)
@@ -85,21 +85,21 @@ def free_directions(sim) -> np.ndarray:
     return free
 
 
-def stiffness(sim):
+def stiffness(group):
     """Sparse M^-1/2 K M^-1/2 (free unknowns) [1/s2], the (N, c, f) directions of its unknowns with the number of each,
     -1 where there is none, and the (N, c) roots of the masses."""
     import scipy.sparse
     from scipy.spatial import cKDTree
 
-    operator = Operator(sim)
-    X = sim.mesh.points
-    support = 2.0 * sim.scene.numerics.formulation.support * float(sim.mesh.node_spacing.max())
-    ends = X[np.where(sim.mesh.cells < 0, sim.mesh.cells[:, :1], sim.mesh.cells)]
+    operator = Operator(group)
+    X = group.mesh.points
+    support = 2.0 * group.scene.numerics.formulation.support * float(group.mesh.node_spacing.max())
+    ends = X[np.where(group.mesh.cells < 0, group.mesh.cells[:, :1], group.mesh.cells)]
     longest = float(np.linalg.norm(ends[:, :, None] - ends[:, None, :], axis=3).max())
     reach = 2.0 * support + longest
     tree = cKDTree(X)
     colour = _colours(tree, X, 2.0 * reach)
-    free = free_directions(sim)
+    free = free_directions(group)
     n, c, f = free.shape
     present = np.abs(free).max(axis=1) > 0.5
     number = np.where(present, np.cumsum(present.ravel()).reshape(present.shape) - 1, -1)
@@ -138,12 +138,12 @@ def _colours(tree, X: np.ndarray, apart: float) -> np.ndarray:
     return colour
 
 
-def lowest(sim, count: int) -> tuple[np.ndarray, np.ndarray, int]:
+def lowest(group, count: int) -> tuple[np.ndarray, np.ndarray, int]:
     """Frequencies [Hz] (count,) of the lowest flexible modes, their shapes (count, N, 6), the number of rigid ones."""
     import scipy.sparse
     from scipy.sparse.linalg import eigsh
 
-    A, free, number, root = stiffness(sim)
+    A, free, number, root = stiffness(group)
     A = 0.5 * (A + A.T)  # but for rounding it is symmetric
     wanted = min(count + 6, A.shape[0] - 2)
     # a shift beside zero, which may be an eigenvalue: far below the lowest flexible one, far above rounding
@@ -164,5 +164,5 @@ def lowest(sim, count: int) -> tuple[np.ndarray, np.ndarray, int]:
     for vector in vectors[:, chosen].T:
         entries = np.where(number >= 0, vector[np.maximum(number, 0)], 0.0)
         shape = np.einsum("ncf,nf->nc", free, entries) / root
-        shapes.append(np.hstack([shape[:, : sim.nodes.dim], np.zeros((n, 3 - sim.nodes.dim)), shape[:, sim.nodes.dim :]]))
+        shapes.append(np.hstack([shape[:, : group.nodes.dim], np.zeros((n, 3 - group.nodes.dim)), shape[:, group.nodes.dim :]]))
     return omega[chosen] / (2.0 * np.pi), np.array(shapes), rigid

@@ -24,22 +24,22 @@ LOOK = 25  # steps between two looks at residual and damping
 class Relaxation:
     """Brings one simulation to equilibrium under the loads of a pseudo-time."""
 
-    def __init__(self, sim, tolerance: float, max_steps: int):
-        self.sim, self.tolerance, self.max_steps = sim, tolerance, max_steps
-        nodes = sim.nodes
+    def __init__(self, world, group, tolerance: float, max_steps: int):
+        self.world, self.group, self.tolerance, self.max_steps = world, group, tolerance, max_steps
+        nodes = group.nodes
         self.ratio = runtime.new("relax.ratio", nodes.n)  # weight across the shell over weight along it
         self.before = runtime.new("relax.before", nodes.n, nodes.dim)  # force of the step before
         self.sums = runtime.new("relax.sums", nodes.n, 3)  # -du . df, du . M du, |f|^2
         self.total = runtime.new("relax.total", 1, 3, "f64")
         if nodes.bends:
             self.before_couple = runtime.new("relax.before_couple", nodes.n, 3)
-            k_n = runtime.get(sim.cells.shear, sim.cells.n).mean()
-            material = sim.material
+            k_n = runtime.get(group.cells.shear, group.cells.n).mean()
+            material = group.material
             K = material.young[0] * material.thickness[0] / (1.0 - material.poisson[0] ** 2)
             runtime.put(self.ratio, np.full(nodes.n, min(1.0, k_n / K)))
         else:
             runtime.put(self.ratio, np.ones(nodes.n))
-        frequency, _ = largest_frequency(sim, 40, across=runtime.get(self.ratio, nodes.n).astype(np.float64))
+        frequency, _ = largest_frequency(group, 40, across=runtime.get(self.ratio, nodes.n).astype(np.float64))
         self.dt = 0.95 * 2.0 / frequency
         self.damping = 0.0
         self.load = 0.0  # norm of the applied load
@@ -53,10 +53,10 @@ class Relaxation:
 
     @property
     def rule(self) -> str:
-        return f"{self.sim.scene.static.increments} equal load increments"
+        return f"{self.group.scene.static.increments} equal load increments"
 
     def state(self) -> dict[str, np.ndarray]:
-        n, dim = self.sim.nodes.n, self.sim.nodes.dim
+        n, dim = self.group.nodes.n, self.group.nodes.dim
         u, force, director, moment = self._booked or (None, None, None, None)
         return {
             "relax.numbers": np.array([self.steps, self.load, self.residual, self.work, self._booked is not None]),
@@ -71,25 +71,25 @@ class Relaxation:
         steps, self.load, self.residual, self.work, booked = (float(x) for x in state["relax.numbers"])
         self.steps = int(steps)
         runtime.put(self.ratio, np.asarray(state["relax.ratio"]))
-        bends, twists = self.sim.nodes.bends, self.sim.loads.twists
+        bends, twists = self.group.nodes.bends, self.group.loads.twists
         self._booked = None
         if booked:
             director = np.asarray(state["relax.director"]) if bends else None
             moment = np.asarray(state["relax.moment"]) if twists else None
             self._booked = (np.asarray(state["relax.u"]), np.asarray(state["relax.force"]), director, moment)
-        self.sim.loads.update(self.sim.time)
+        self.group.loads.update(self.world.time)
 
     def settle(self, time: float) -> None:
         """Equilibrium under the loads at pseudo-time `time`; RunStopped when it does not come."""
-        sim = self.sim
-        sim.loads.update(time)
+        group = self.group
+        group.loads.update(time)
         self._settle(time)
         self._book()
 
     def _book(self) -> None:
         """External work of the increment that has just been settled."""
-        sim = self.sim
-        nodes, loads, n = sim.nodes, sim.loads, sim.nodes.n
+        group = self.group
+        nodes, loads, n = group.nodes, group.loads, group.nodes.n
         u = runtime.get(nodes.u, n).astype(np.float64)
         force = runtime.get(loads.force.total, n).astype(np.float64) if loads.pushes else np.zeros_like(u)
         director = runtime.get(nodes.N, n) + runtime.get(nodes.d, n) if nodes.bends else None
@@ -108,13 +108,13 @@ class Relaxation:
         self._booked = (u, force, director, moment)
 
     def _keep(self) -> None:
-        nodes = self.sim.nodes
+        nodes = self.group.nodes
         self._start = [(f, f.to_numpy()) for f in ([nodes.u, nodes.d] if nodes.bends else [nodes.u])]
 
     def _again(self) -> bool:
         """Back to the start of the increment with nodes four times heavier across the shell; False when they weigh
         the same in all directions already. A surface that curves in turns its membrane across itself."""
-        n = self.sim.nodes.n
+        n = self.group.nodes.n
         ratio = runtime.get(self.ratio, n)
         if ratio.min() >= 1.0:
             return False
@@ -124,38 +124,38 @@ class Relaxation:
         return True
 
     def _settle(self, time: float) -> None:
-        sim = self.sim
+        group = self.group
         self._keep()
         self._rest()
         for k in range(self.max_steps):
-            sim.internal.strain(0.0)
-            for pressure in sim.pressures:
+            group.internal.strain(0.0)
+            for pressure in group.pressures:
                 pressure.press(time, LEAVE)
-            sim.internal.force()
-            _relax(self, sim.nodes, sim.loads, sim.nodes.n, self.dt, self.damping, sim.spacing)
+            group.internal.force()
+            _relax(self, group.nodes, group.loads, group.nodes.n, self.dt, self.damping, group.spacing)
             self.steps += 1
-            sim.step += 1
+            self.world.step += 1
             self._since += 1
             if self._since % LOOK == 0 or self._since == 1:
                 if self._look():
-                    for pressure in sim.pressures:
+                    for pressure in group.pressures:
                         pressure.press(time)
                     return
                 if not self.residual < 1e3:
                     if not self._again():
                         raise RunStopped(
-                            f"shell '{sim.shell.name}': the relaxation diverged after {k} steps at load {time:g}; the"
+                            f"shell '{group.shell.name}': the relaxation diverged after {k} steps at load {time:g}; the"
                             " load is likely beyond a limit point: use more static.increments"
                         )
                     self._rest()
         raise RunStopped(
-            f"shell '{sim.shell.name}': no equilibrium at load {time:g} after {self.max_steps} steps; the residual is"
+            f"shell '{group.shell.name}': no equilibrium at load {time:g} after {self.max_steps} steps; the residual is"
             f" {self.residual:.3g}, wanted {self.tolerance:g}: raise static.max_steps or static.residual"
         )
 
     def _rest(self) -> None:
         """Start from rest."""
-        nodes = self.sim.nodes
+        nodes = self.group.nodes
         nodes.v.fill(0.0)
         if nodes.bends:
             nodes.omega.fill(0.0)
@@ -163,7 +163,7 @@ class Relaxation:
 
     def _look(self) -> bool:
         """Residual and damping of the moment; True at equilibrium."""
-        _sum(self, self.sim.nodes.n)
+        _sum(self, self.group.nodes.n)
         work, weight, force2 = runtime.get(self.total, 1)[0]
         norm = float(np.sqrt(force2))
         if self._since == 1:

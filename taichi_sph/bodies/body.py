@@ -1,0 +1,170 @@
+"""What every kind of body offers the world: a group of bodies in one pool, and how it takes part in a step.
+
+A body is what the user says, one name. A group holds all bodies of one kind and the same laws, for Taichi compiles a kernel once for
+each group and launches it once, whatever the number of bodies; a body is a span of the group's pools.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from ..frame import BodyFrame
+    from ..pool import Pool
+
+
+@dataclass(frozen=True)
+class Span:
+    """A body in its group: its points are first .. first + n - 1 of the pool."""
+
+    name: str
+    first: int
+    n: int
+
+
+@dataclass
+class Now:
+    """The step that is being taken: `time` [s] and `step` number of its beginning, the steps that led here and that lead on [s].
+
+    due: whether a group takes a step of its own now, which is so long as `every` of the clock's.
+    """
+
+    time: float = 0.0
+    step: int = 0
+    dt_before: float = 0.0
+    dt: float = 0.0
+
+    @property
+    def half_time(self) -> float:
+        """Time of the velocities to come, v_n+1/2 [s]."""
+        return self.time + 0.5 * self.dt
+
+    def due(self, group: Group) -> bool:
+        return self.step % group.every == 0
+
+
+@dataclass
+class Entries:
+    """Energies [J] of a group or a coupling at the time of the last force evaluation.
+
+    internal: stored, or taken by what bodies are made of and by contact; numerical: taken by what keeps the computation calm;
+    external: work of loads, supports and gravity.
+    """
+
+    kinetic: float = 0.0
+    external: float = 0.0
+    internal: dict[str, float] = field(default_factory=dict)
+    numerical: dict[str, float] = field(default_factory=dict)
+
+    def add(self, other: Entries) -> None:
+        self.kinetic += other.kinetic
+        self.external += other.external
+        for mine, theirs in ((self.internal, other.internal), (self.numerical, other.numerical)):
+            for name, value in theirs.items():
+                mine[name] = mine.get(name, 0.0) + value
+
+
+class Group(Protocol):
+    """A kind of body at work. A step calls strain, events, force and move, in this order, couplings in between (world/step.py)."""
+
+    kind: str
+    bodies: Sequence[Span]
+    every: int  # steps of the clock between two of its own
+
+    def pools(self) -> Sequence[Pool]:
+        """All that has fields or history, in the order in which a restart renews it."""
+        ...
+
+    def strain(self, now: Now) -> None:
+        """Stresses from the places at n; history advances."""
+        ...
+
+    def events(self, now: Now) -> None:
+        """Rupture, renumbering, lists that are worn out."""
+        ...
+
+    def force(self, now: Now) -> None:
+        """Forces at n: they overwrite those of the step before."""
+        ...
+
+    def move(self, now: Now) -> None:
+        """Kick and drift; the energies at n."""
+        ...
+
+    def longest_step(self) -> dict[str, float]:
+        """The longest step of the group's own [s], by what rules it; empty where the group follows any other."""
+        ...
+
+    def hastens(self, now: Now) -> bool:
+        """Whether the group needs a shorter step from now on."""
+        ...
+
+    def entries(self) -> Entries:
+        """Energies at the time of the last force evaluation."""
+        ...
+
+    def given(self) -> float:
+        """Energy that the group held at t = 0 beside the kinetic one [J]."""
+        ...
+
+    def look(self, now: Now) -> None:
+        """RunStopped, with a sentence, when something cannot be true any more."""
+        ...
+
+    def negligible(self) -> float:
+        """An energy [J] that is nothing: that of strains of the size of rounding."""
+        ...
+
+    def status(self) -> dict[str, int]:
+        """Small numbers for the progress line."""
+        ...
+
+    def frames(self) -> list[BodyFrame]:
+        """Each body now."""
+        ...
+
+
+class Rest:
+    """What a kind that has nothing to say of something says. Kinds derive from it and write what they need."""
+
+    kind = ""
+    bodies: Sequence[Span] = ()
+    every = 1
+
+    def pools(self) -> Sequence[Pool]:
+        return ()
+
+    def strain(self, now: Now) -> None:
+        """Nothing to strain."""
+
+    def events(self, now: Now) -> None:
+        """Nothing happens."""
+
+    def force(self, now: Now) -> None:
+        """No forces of its own."""
+
+    def longest_step(self) -> dict[str, float]:
+        return {}
+
+    def hastens(self, now: Now) -> bool:
+        return False
+
+    def given(self) -> float:
+        return 0.0
+
+    def look(self, now: Now) -> None:
+        """All is believed."""
+
+    def negligible(self) -> float:
+        return 1e-12
+
+    def status(self) -> dict[str, int]:
+        return {}
+
+
+def common_schedule(groups: Sequence[Group]) -> int:
+    """Steps of the clock after which all groups are due together."""
+    return math.lcm(*(group.every for group in groups)) if groups else 1

@@ -1,0 +1,103 @@
+"""Rigid bodies at work."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ... import runtime
+from ...errors import RunStopped
+from ...frame import NO_CELLS, BodyFrame
+from ...scene.schema import Scene
+from ..body import Entries, Now, Rest, Span
+from .pool import RigidBodies, move, place, rest, spins
+
+
+def groups(scene: Scene) -> list[RigidGroup]:
+    """All rigid bodies of the scene are one group."""
+    return [RigidGroup(scene)] if scene.rigids else []
+
+
+class RigidGroup(Rest):
+    """rigids: the pool. `times`: how many steps of the clock the blow of the water stands for that has come in this step, 0 where none
+    has come."""
+
+    kind = "rigid"
+
+    def __init__(self, scene: Scene):
+        self.scene = scene
+        self.rigids = RigidBodies(scene.rigids)
+        self.bodies = tuple(Span(name, r, 1) for r, name in enumerate(self.rigids.names))
+        self.times = 0
+        if scene.gravity is not None:
+            mass = np.array([body.mass for body in scene.rigids])
+            runtime.put(self.rigids.weight, mass[:, None] * np.asarray(scene.gravity))
+
+    def start(self) -> None:
+        """All is there."""
+
+    def force(self, now: Now) -> None:
+        rest(self.rigids, self.rigids.n)
+        self.times = 0
+
+    def move(self, now: Now) -> None:
+        move(self.rigids, self.rigids.n, now.dt_before, now.dt, self.times)
+
+    def alone(self) -> float:
+        """The step [s] of rigid bodies that nothing else rules: no point moves by more than a twentieth of the smallest pinball."""
+        radius = min(p.radius for body in self.scene.rigids for p in body.pinballs)
+        gravity = np.linalg.norm(self.scene.gravity or (0.0, 0.0, 0.0))
+        speed = 0.0
+        for body in self.scene.rigids:
+            reach = max(np.linalg.norm(np.array(p.centre) - body.centre) + p.radius for p in body.pinballs)
+            speed = max(speed, np.linalg.norm(body.velocity) + reach * np.linalg.norm(body.spin))
+        return min(0.05 * radius / (speed + gravity * self.scene.duration + 1e-300), self.scene.duration / 100)
+
+    def entries(self) -> Entries:
+        kinetic, work = (float(runtime.get(field, self.rigids.n).sum()) for field in (self.rigids.kinetic, self.rigids.work))
+        return Entries(kinetic, work)
+
+    def look(self, now: Now) -> None:
+        x = runtime.get(self.rigids.x, self.rigids.n)
+        for r in np.flatnonzero(~np.isfinite(x).all(axis=1)):
+            raise RunStopped(
+                f"rigid '{self.rigids.names[r]}': its place is no number any more at t = {now.time:.6g} s; likely the contact "
+                "found no solution: look at the last frame"
+            )
+
+    def frames(self) -> list[BodyFrame]:
+        rigids = self.rigids
+        place(rigids, rigids.n_balls)
+        x, radius = runtime.get(rigids.ball_x, rigids.n_balls), runtime.get(rigids.ball_radius, rigids.n_balls)
+        centre, v, omega = runtime.get(rigids.x, rigids.n), runtime.get(rigids.v, rigids.n), spins(rigids)
+        frames = []
+        for r, name in enumerate(rigids.names):
+            own = rigids.balls_of(r)
+            data = {
+                "reference": rigids.ball_reference[own],
+                "velocity": v[r] + np.cross(omega[r], x[own] - centre[r]),
+                "radius": radius[own],
+            }
+            frames.append(BodyFrame(name, x[own], NO_CELLS, data, {}, kind="rigid"))
+        return frames
+
+    def tracks(self, look: bool = True) -> dict[str, dict[str, float]]:
+        """By the name of its history: place [m], velocity [m/s] and force [N] (water, contact) of each body, now and the largest since
+        the last look."""
+        fields = {"": self.rigids.x, "v": self.rigids.v, "f": self.rigids.felt}
+        values = {k: runtime.get(field, self.rigids.n) for k, field in fields.items()}
+        hardest = self.rigids.hardest() if look else np.zeros(self.rigids.n)
+        found = {}
+        for r, name in enumerate(self.rigids.names):
+            row = {f"{k}{axis}": float(values[k][r][c]) for k in fields for c, axis in enumerate("xyz")}
+            found[f"rigid_{name}"] = row | {"f_max": float(hardest[r])}
+        return found
+
+    def state(self) -> dict[str, np.ndarray]:
+        return {name: runtime.get(field, n) for name, (field, n) in self.rigids.history().items()}
+
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        return {name: value.shape for name, value in self.state().items()}
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        for name, (field, _) in self.rigids.history().items():
+            runtime.put(field, np.asarray(state[name]))

@@ -1,0 +1,43 @@
+"""What acts between bodies. A coupling sees movers and surfaces of the groups, never a kind of body.
+
+Two sorts: one adds forces at n (`add`), the other corrects the half-step velocities to come (`correct`), once all forces are known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from ..bodies.body import Entries, Now
+
+if TYPE_CHECKING:
+    from ..pool import Pool
+
+
+class Coupling:
+    """The steps in which a coupling may take part; each does nothing unless it is written."""
+
+    def pools(self) -> Sequence[Pool]:
+        """All that has fields or history."""
+        return ()
+
+    def meet(self, now: Now) -> None:
+        """What each body sees of the other at x_n: lists, weights."""
+
+    def add(self, now: Now) -> None:
+        """Forces at n."""
+
+    def correct(self, now: Now) -> None:
+        """Impulses on v_n+1/2, as forces; sees what the couplings before it did."""
+
+    def entries(self) -> Entries:
+        """Energies at the time of the last force evaluation."""
+        return Entries()
+
+    def given(self) -> float:
+        """Energy to give back at t = 0 [J]: what the first step took before anything was given."""
+        return 0.0
+
+    def status(self) -> dict[str, int]:
+        """Small numbers for the progress line."""
+        return {}
