@@ -24,6 +24,7 @@ from ..scene.script import dump, load_scene
 from ..scene.study import Study
 from ..scene.units import show
 from . import speed
+from .counts import main_memory
 from .plan import Plan, plan
 from .progress import Pace, Progress, bytes_text, duration_text, progress_line
 
@@ -129,7 +130,7 @@ def checked_plan(scene: Scene, arch: str) -> Plan:
 
     check_quantities(scene)
     p = plan(scene, speed.recall(scene, arch))
-    available = _memory()
+    available = main_memory()
     if available is not None and p.memory > available:
         raise SceneError(
             f"numerics.spacing {show(scene.numerics.spacing, 'm')} gives {p.nodes} nodes and needs about "
@@ -519,11 +520,3 @@ def _clear(out: Path) -> None:
             shutil.rmtree(path)
         else:
             path.unlink(missing_ok=True)
-
-
-def _memory() -> int | None:
-    """Bytes of main memory, None where the system does not say."""
-    try:
-        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    except (AttributeError, ValueError, OSError):
-        return None

@@ -247,7 +247,7 @@ def _size(s: Scene) -> None:
         if spacing > surface.smallest * (1 + 1e-9):
             why = f"is {show(surface.smallest, 'm')} wide" if surface.kind == "plate" else f"takes at most {show(surface.smallest, 'm')}"
             raise ValueError(f"numerics.spacing {show(spacing, 'm')} is larger than the body: {surface.kind} '{shell.name}' {why}")
-        nodes += surface.area / spacing**2
+        nodes += surface.area / spacing / spacing
     if nodes > MAX_NODES:
         raise ValueError(f"numerics.spacing {show(spacing, 'm')} gives {nodes:.2g} nodes; at most {MAX_NODES / 1e6:g} million are allowed")
     if s.increments is not None:
