@@ -36,6 +36,8 @@ def fitted_normals(mesh: SurfaceMesh) -> np.ndarray:
     other = pair.row != pair.col
     i, j = pair.row[other], pair.col[other]
     arm = (mesh.points[j] - mesh.points[i]) / mesh.node_spacing[i, None]
+    far = np.einsum("ki,ki->k", arm, arm) > 1e-6  # off the other lip of a slit of zero width
+    i, j, arm = i[far], j[far], arm[far]
     weight = 1.0 / np.einsum("ki,ki->k", arm, arm)
     count = np.bincount(i, minlength=n)
 

@@ -116,7 +116,7 @@ class _Reader:
             if begin is not None and re.match(r"\s*INCLUDE\b", line, re.I):
                 text.fail("INCLUDE is not followed: merge the files", text.lines.index(line) + 1)
         text.number = 0 if begin is None else begin + 1
-        name, fields, at = "", [], 0
+        name, fields, at, ended = "", [], 0, False
         for line in text:
             line = line.split("$")[0].rstrip()
             if not line:
@@ -125,6 +125,7 @@ class _Reader:
                 text.fail("INCLUDE is not followed: merge the files")
             first, more = self._split(line)
             if first.upper().startswith("ENDDATA"):
+                ended = True
                 break
             if not first or first[0] in "+*":
                 if not name:
@@ -138,6 +139,8 @@ class _Reader:
                 yield name, fields
                 text.number = number
             name, fields, at = first.rstrip("*").strip().upper(), more, text.number
+        if begin is not None and not ended:
+            text.fail("the file has no ENDDATA: it is cut off")
         if name:
             text.number = at
             yield name, fields
