@@ -82,7 +82,7 @@ def elements(case: str, nodes: int) -> dict:
     given = scene(case, "galerkin", nodes)
     sim = World(given)  # for its mesh, its supports and its loads
     shell = given.shells[0]
-    free = free_directions(sim)
+    free = free_directions(sim.shell)
     n, c, f = free.shape
     at = np.argwhere(np.abs(free).max(axis=1) > 0.5)
     basis = csc_array(

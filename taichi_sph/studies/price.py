@@ -31,8 +31,7 @@ import numpy as np
 from ..errors import RunInterrupted, RunStopped, SceneError, TaichiSphError, nearest
 from ..run import session as running
 from ..run.progress import Progress, bytes_text
-from ..scene import Scene, Study
-from ..scene.schema import MeshFile
+from ..scene import MeshFile, Scene, Study
 from ..scene.script import load_scene, parameters_of
 from ..scene.units import show
 from . import sweep

@@ -16,7 +16,7 @@ from ..couplings.contact import coupling as contacts
 from ..errors import SceneError
 from ..frame import Frame
 from ..observers.leak import LeakGauge
-from ..scene.schema import Scene
+from ..scene import Scene
 from . import watchdog
 from .instead.limit import LimitSearch
 from .instead.modes import ModeSearch
@@ -166,6 +166,10 @@ class World:
             if self.refit and self.step % self.every == 0:
                 self._fit_dt()
         self.stepping += clock.perf_counter() - began
+        self.look()
+
+    def look(self) -> None:
+        """RunStopped when something cannot be true any more."""
         names = [body.name for group in self.groups for body in group.bodies]
         nothing = min(group.negligible() for group in self.groups)
         watchdog.look(self.groups, names, self.energies(), Now(self.time, self.step), nothing)
