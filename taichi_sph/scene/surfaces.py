@@ -184,6 +184,5 @@ class MeshFile(Frozen):
     scale: Annotated[Dimensionless, Field(gt=0)] = 1.0
 
 
-Flat = Plate | Disc
 Generated = Plate | Disc | Cylinder | CappedTank | SpherePatch | Roof
 Surface = Annotated[Generated | MeshFile, *Choice]

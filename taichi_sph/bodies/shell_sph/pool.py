@@ -10,8 +10,8 @@ import numpy as np
 from ... import runtime
 from ...errors import SceneError
 from ...geometry.mesh import SurfaceMesh
+from ...laws.necking import rupture_strain
 from ...runtime import ti
-from ...scene.necking import rupture_strain
 
 
 @ti.data_oriented
