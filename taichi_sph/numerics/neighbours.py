@@ -9,6 +9,7 @@ can have moved by `skin` relative to each other. Testing candidates costs as muc
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +27,7 @@ class Neighbours:
     number (N,) i32 of neighbours, the point itself included; near: those of point i from i * width on.
     """
 
-    def __init__(self, name: str, x, n: int, reach: float, spacing: float, box: np.ndarray):
+    def __init__(self, name: str, x: Any, n: int, reach: float, spacing: float, box: np.ndarray):
         """spacing [m]: so far apart points usually are; box (2, 3) [m]: where they are at first. Both only set sizes."""
         self.name, self.x, self.n = name, x, n
         self.reach = reach
