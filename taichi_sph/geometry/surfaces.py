@@ -7,8 +7,9 @@ surface. Charts keep angles (unrolled wall, stereographic cap): Delaunay's trian
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
+from weakref import WeakValueDictionary
 
 import numpy as np
 
@@ -254,8 +255,27 @@ def _moved(mesh: SurfaceMesh, by: tuple[float, float, float]) -> SurfaceMesh:
     return SurfaceMesh(mesh.points + np.asarray(by), mesh.cells, mesh.spacing, mesh.normals)
 
 
+_MADE: WeakValueDictionary[Hashable, SurfaceMesh] = WeakValueDictionary()
+
+
+def mesh_key(shell: Shell, scene: Scene) -> Hashable:
+    """What the mesh of a shell follows from."""
+    surface = shell.surface
+    if isinstance(surface, MeshFile):
+        written = surface.path.stat().st_mtime_ns if surface.path.is_file() else 0
+        return surface, written, shell.motion == "in_plane"
+    n = scene.numerics_of(shell)
+    return surface, n.spacing, n.cells, n.irregularity, n.seed
+
+
 def mesh_of(shell: Shell, scene: Scene) -> SurfaceMesh:
-    """The mid-surface of a shell, generated or read."""
-    if not isinstance(shell.surface, MeshFile):
-        return generate(shell.surface, scene.numerics_of(shell))
-    return read_mesh(shell.surface.path, shell.surface.scale, plane=shell.motion == "in_plane")
+    """The mid-surface of a shell, generated or read. As long as somebody holds it (the plan of a run does), it is not made again."""
+    key = mesh_key(shell, scene)
+    mesh = _MADE.get(key)
+    if mesh is None:
+        if isinstance(shell.surface, MeshFile):
+            mesh = read_mesh(shell.surface.path, shell.surface.scale, plane=shell.motion == "in_plane")
+        else:
+            mesh = generate(shell.surface, scene.numerics_of(shell))
+        _MADE[key] = mesh
+    return mesh
