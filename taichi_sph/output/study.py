@@ -14,7 +14,7 @@ import numpy as np
 
 from ..errors import SceneError
 from ..scene import Convergence, Scene, Study, load
-from . import checkpoint
+from . import checkpoint, files
 from .answer import count, in_words, quantity_text, tolerance_text
 from .folder import RunFolder, read_json, write_json
 from .record import commit, machine, scene_hash
@@ -26,9 +26,12 @@ SUMMED = ("nodes", "stress_points", "steps", "node_steps", "processor_seconds")
 
 def read_study(folder: Path | str) -> Study:
     """The study that a folder belongs to."""
-    found = load(Path(folder) / STUDY_FILE)
+    folder = Path(folder)
+    files.check_links(folder, (STUDY_FILE, "summary.json", "pictures"))
+    found = load(folder / STUDY_FILE)
     if not isinstance(found, Study):
-        raise SceneError(f"'{Path(folder) / STUDY_FILE}' holds a scene, not a study")
+        raise SceneError(f"'{folder / STUDY_FILE}' holds a scene, not a study")
+    files.check_links(folder, found.cases)
     return found
 
 
@@ -65,7 +68,10 @@ def _order(study: Study, order: Convergence, quantities: Mapping[str, dict[str, 
         entry = quantities[f"{order.quantity}_{case}"]
         if entry["value"] is not None and entry["value"] != entry["target"]:
             points.append((study.cases[case].numerics.spacing, abs(entry["value"] - entry["target"])))
-    value = float(np.polyfit(*np.log(np.array(points)).T, 1)[0]) if len(points) == len(order.cases) else None
+    value = None
+    if len(points) == len(order.cases):
+        spacings, errors = np.log(np.array(points)).T
+        value = float(np.polyfit(spacings, errors, 1)[0])
     met = None if order.least is None else value is not None and value >= order.least
     return {"value": value, "unit": "", "target": order.least, "tolerance": None, "source": order.source, "met": met}
 
@@ -78,7 +84,7 @@ def write_study_summary(out: Path, study: Study, failed: Mapping[str, str], *, c
     """
     runs = {case: read_json(out / case / "summary.json") for case in study.cases if case not in failed}
     found = list(runs.values())
-    quantities = {}
+    quantities: dict[str, dict[str, Any]] = {}
     for case, scene in study.cases.items():
         own = runs[case]["quantities"] if case in runs else {name: judged(q, None) for name, q in quantity_names(scene)}
         quantities |= {f"{name}_{case}": entry for name, entry in own.items()}

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ... import runtime
 from ...errors import RunStopped
 from ...frame import NO_CELLS, BodyFrame
 from ...scene.schema import Scene
-from ..body import Entries, Now, Rest, Span
+from ..body import Entries, Group, Now, Rest, Span
 from .pool import RigidBodies, move, place, rest, spins
 
 
-def groups(scene: Scene) -> list[RigidGroup]:
+def groups(scene: Scene, others: Sequence[Group] = ()) -> list[RigidGroup]:
     """All rigid bodies of the scene are one group."""
     return [RigidGroup(scene)] if scene.rigids else []
 
@@ -43,7 +45,7 @@ class RigidGroup(Rest):
         move(self.rigids, self.rigids.n, now.dt_before, now.dt, self.times)
 
     def alone(self) -> float:
-        """The step of rigid bodies that nothing else rules: so short that no point moves by more than a twentieth of the smallest pinball [s]."""
+        """The step [s] of rigid bodies that nothing else rules: no point moves by more than a twentieth of the smallest pinball."""
         radius = min(p.radius for body in self.scene.rigids for p in body.pinballs)
         gravity = np.linalg.norm(self.scene.gravity or (0.0, 0.0, 0.0))
         speed = 0.0
