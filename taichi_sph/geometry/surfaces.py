@@ -8,8 +8,9 @@ surface. Charts keep angles (unrolled wall, stereographic cap): Delaunay's trian
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
+from weakref import WeakValueDictionary
 
 import numpy as np
 
@@ -296,8 +297,32 @@ def count(surface: Generated, numerics: Numerics) -> int:
     return int(min(nodes, COUNTED))
 
 
+_MADE: WeakValueDictionary[Hashable, SurfaceMesh] = WeakValueDictionary()
+
+
+def mesh_key(shell: Shell, scene: Scene) -> Hashable:
+    """What the mesh of a shell follows from."""
+    surface = shell.surface
+    if isinstance(surface, MeshFile):
+        written = surface.path.stat().st_mtime_ns if surface.path.is_file() else 0
+        return surface, written, shell.motion == "in_plane", scene.numerics_of(shell).spacing
+    n = scene.numerics_of(shell)
+    return surface, n.spacing, n.cells, n.irregularity, n.seed
+
+
 def mesh_of(shell: Shell, scene: Scene) -> SurfaceMesh:
-    """The mid-surface of a shell, generated or read; refused by its count where it is too large."""
+    """The mid-surface of a shell, generated or read; refused by its count where it is too large.
+
+    As long as somebody holds a mesh (the plan of a run does), the mesh is not made again.
+    """
+    key = mesh_key(shell, scene)
+    mesh = _MADE.get(key)
+    if mesh is None:
+        mesh = _MADE[key] = _mesh_of(shell, scene)
+    return mesh
+
+
+def _mesh_of(shell: Shell, scene: Scene) -> SurfaceMesh:
     numerics = scene.numerics_of(shell)
     if not isinstance(shell.surface, MeshFile):
         nodes = count(shell.surface, numerics)
