@@ -19,9 +19,11 @@ from ..geometry.mesh import SurfaceMesh
 from ..geometry.normals import report
 from ..geometry.regions import inside
 from ..geometry.surfaces import mesh_of
+from ..output import files
 from ..scene import Numerics, Scene, Shell
 from ..scene.surfaces import MeshFile, Plate
 from ..scene.units import show
+from .counts import check_counts
 
 # measured on scenes/beam_impact.py, f64: bytes of fields per node by formulation and cells; bending adds to them
 BYTES_PER_NODE = {
@@ -77,7 +79,10 @@ class Plan:
 
 def plan(scene: Scene, node_steps_per_second: float = 1e6) -> Plan:
     """Checks the scene against its meshes (SceneError) and estimates the run."""
+    memory_there = files.memory()
+    check_counts(scene, memory_there)
     meshes = {shell.name: mesh_of(shell, scene) for shell in scene.shells}
+    check_counts(scene, memory_there, meshes)
     _check_regions(scene, meshes)
     _check_cuts(scene, meshes)
     _check_modes(scene, meshes)
