@@ -220,14 +220,21 @@ def measure(
 # the same of a step of water, all letters per particle (N) or per entry of a list (L); lists and sort are made anew
 # in every so-many-th step, and what they move is shared among the steps between
 FLUID_TRAFFIC = {
-    "pack": {"read": {"x": "N", "v": "N", "s": "N", "rate": "N", "rate_before": "N"}, "write": {"pair": "N"}},
-    "act": {
-        "read": {"number": "N", "near": "L", "pair": "N", "s": "N", "rate": "N", "missed": "N", "mass": "N", "viscous": "N",
-                 "diffused": "N", "lag": "N"},
-        "write": {"force": "N", "s": "N", "rate": "N", "rate_before": "N", "missed": "N", "viscous": "N", "diffused": "N", "lag": "N"},
+    "pack": {
+        "read": {"fluid.x": "N", "fluid.v": "N", "fluid.s": "N", "fluid.rate": "N", "fluid.rate_before": "N"},
+        "write": {"fluid.pair": "N"},
     },
-    "drift": {"read": {"x": "N", "v": "N", "force": "N", "mass": "N", "ahead": "N"}, "write": {"x": "N", "v": "N", "kinetic": "N"}},
-    "moved": {"read": {"x": "N", "built": "N"}, "write": {}},
+    "act": {
+        "read": {"fluid.lists.number": "N", "fluid.lists.near": "L", "fluid.pair": "N", "fluid.s": "N", "fluid.rate": "N",
+                 "fluid.missed": "N", "fluid.mass": "N", "fluid.viscous": "N", "fluid.diffused": "N", "fluid.lag": "N"},
+        "write": {"fluid.force": "N", "fluid.s": "N", "fluid.rate": "N", "fluid.rate_before": "N", "fluid.missed": "N",
+                  "fluid.viscous": "N", "fluid.diffused": "N", "fluid.lag": "N"},
+    },
+    "drift": {
+        "read": {"fluid.x": "N", "fluid.v": "N", "fluid.force": "N", "fluid.mass": "N", "fluid.ahead": "N"},
+        "write": {"fluid.x": "N", "fluid.v": "N", "fluid.kinetic": "N"},
+    },
+    "moved": {"read": {"fluid.x": "N", "fluid.lists.built": "N"}, "write": {}},
 }  # fmt: skip
 FLUID_SIZES = (10_000, 31_600, 100_000, 316_000, 1_000_000, 2_000_000)
 FLUID_BARS = {"particle_steps_per_second": 3.0e6}
@@ -275,7 +282,7 @@ def measure_fluid(particles: int, arch: str, threads: int | None, precision: str
     listed = int(runtime.get(b.near.number, n).sum())
     moved = {
         kernel: sum(
-            fields[f"water.{name}"] * (listed if letter == "L" else n) / runtime.capacity(n * b.near.width if letter == "L" else n)
+            fields[name] * (listed if letter == "L" else n) / runtime.capacity(n * b.near.width if letter == "L" else n)
             for way in arrays.values()
             for name, letter in way.items()
         )
