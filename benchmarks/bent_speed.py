@@ -73,7 +73,8 @@ def main() -> None:
     rows = [measure(given.nodes, precision, given.threads) for precision in ("f64", "f32")]
     for r in rows:
         print(
-            f"{r['precision']} {r['nodes']} nodes: {r['mean'] / 1e6:.2f} M node-steps/s, best {r['best'] / 1e6:.2f}; {r['bytes_per_node']:.0f} bytes per node"
+            f"{r['precision']} {r['nodes']} nodes: {r['mean'] / 1e6:.2f} M node-steps/s, best {r['best'] / 1e6:.2f};"
+            f" {r['bytes_per_node']:.0f} bytes per node"
         )
     print(f"f32 over f64: {rows[1]['mean'] / rows[0]['mean']:.2f}, of the best {rows[1]['best'] / rows[0]['best']:.2f}")
     if given.out is not None:

@@ -5,9 +5,9 @@
 
 Runs package SPH (sph/taitwater, skin lists, two processes) on N particles of a periodic box, moved off their lattice, then
 `taichi-sph bench --fluid --nodes N`, and prints million particle-steps per second of both and how long lists lived: near 97 000 particles
-as long there as here, being stirred at 82 m/s with a step of 0.37 of ours and a skin of 0.3 D (renewed when one particle has moved by half of it;
-ours, 0.15 D, when two have moved by that relative to each other). Listed pairs are 1.2 times ours, halved (Newton); no wall, no ledger. Says so
-where LAMMPS is not found.
+as long there as here, being stirred at 82 m/s with a step of 0.37 of ours and a skin of 0.3 D (renewed when one particle has moved by
+half of it; ours, 0.15 D, when two have moved by that relative to each other). Listed pairs are 1.2 times ours, halved (Newton); no
+wall, no ledger. Says so where LAMMPS is not found.
 """
 
 import argparse
@@ -84,7 +84,8 @@ def main() -> None:
         builds = re.findall(r"Neighbor list builds = (\d+)", out.stdout)
         near = re.findall(r"Ave neighs/atom = ([\d.]+)", out.stdout)
         print(
-            f"LAMMPS: {atoms} particles, {near[-1] if near else '?'} listed pairs each, {atoms * steps / seconds / 1e6:.2f} M particle-steps/s, {steps / max(int(builds[-1]), 1):.1f} steps per list"
+            f"LAMMPS: {atoms} particles, {near[-1] if near else '?'} listed pairs each,"
+            f" {atoms * steps / seconds / 1e6:.2f} M particle-steps/s, {steps / max(int(builds[-1]), 1):.1f} steps per list"
         )
     subprocess.run([sys.executable, "-m", "taichi_sph", "bench", "--fluid", "--nodes", str(n**3)], check=True)
 

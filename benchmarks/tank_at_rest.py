@@ -2,8 +2,8 @@
 
     python benchmarks/tank_at_rest.py [STEPS]
 
-A steel can of 60 x 80 mm, free but for its bottom. Prints and writes benchmarks/tank_at_rest.json: particles lost, largest speed, closed residual of the
-ledger, seconds.
+A steel can of 60 x 80 mm, free but for its bottom. Prints and writes benchmarks/tank_at_rest.json: particles lost, largest speed,
+closed residual of the ledger, seconds.
 """
 
 import json

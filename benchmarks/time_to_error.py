@@ -55,7 +55,14 @@ def ours(case: str, formulation: str, nodes: int) -> dict:
     except TaichiSphError:
         error = None
     end = time.perf_counter()
-    return {"nodes": sim.shell.nodes.n, "error": error, "solve": end - built, "seconds": end - built, "build": built - began, "steps": sim.step}
+    return {
+        "nodes": sim.shell.nodes.n,
+        "error": error,
+        "solve": end - built,
+        "seconds": end - built,
+        "build": built - began,
+        "steps": sim.step,
+    }
 
 
 def _deflection(given: Scene, X: np.ndarray, u: np.ndarray) -> float:
@@ -75,7 +82,7 @@ def elements(case: str, nodes: int) -> dict:
     given = scene(case, "galerkin", nodes)
     sim = World(given)  # for its mesh, its supports and its loads
     shell = given.shells[0]
-    free = free_directions(sim)
+    free = free_directions(sim.shell)
     n, c, f = free.shape
     at = np.argwhere(np.abs(free).max(axis=1) > 0.5)
     basis = csc_array(
@@ -138,9 +145,9 @@ def main() -> None:
     content: dict = {"machine": machine(), "versions": versions(), "cases": {}}
     for case, sizes in SIZES.items():
         methods = {
-            "galerkin": lambda n: ours(case, "galerkin", n),
-            "collocation": lambda n: ours(case, "collocation", n),
-            "MITC4": lambda n: elements(case, n),
+            "galerkin": lambda n, case=case: ours(case, "galerkin", n),
+            "collocation": lambda n, case=case: ours(case, "collocation", n),
+            "MITC4": lambda n, case=case: elements(case, n),
         }
         for formulation in ("galerkin", "collocation"):
             ours(case, formulation, min(sizes))  # compiled

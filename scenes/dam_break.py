@@ -2,9 +2,10 @@
 
 Column of width a = 57.15 mm (2.25 in) and height 2a, a slice three spacings thick between rigid planes without friction. Z = x/a over
 T = t sqrt(2 g / a). In the experiment a waxed paper diaphragm was melted away; when the water was free is not known. So the delay is fitted
-(one number, the mean over their points from T = 0.84 on) and printed, beside the 0.175 that the dam-break example of the Lethe project puts for
-it. The point at T = 0.41 is left out of the fit: their front goes hardly faster from there to T = 0.84 (0.28) than it did before (0.27), which nothing
-that falls from rest at T = 0 does; its deviation is printed apart. The speed of the front holds no origin of time at all.
+(one number, the mean over their points from T = 0.84 on) and printed, beside the 0.175 that the dam-break example of the Lethe project
+puts for it. The point at T = 0.41 is left out of the fit: their front goes hardly faster from there to T = 0.84 (0.28) than it did
+before (0.27), which nothing that falls from rest at T = 0 does; its deviation is printed apart. The speed of the front holds no origin
+of time at all.
 
     python scenes/dam_break.py --quality draft --out DIR
 """
@@ -45,7 +46,10 @@ def scene(quality: Quality = "draft", alpha: Dimensionless = 0.02) -> Scene:
                 name="surge_deviation", value=0.0, tolerance=0.05, source="Martin and Moyce 1952 from T = 0.84 on, delay fitted",
                 options={**front, "start": FIRST},
             ),
-            Quantity(name="surge_deviation", source="the point at T = 0.41 with a delay of 0.25", options={**front, "start": 0.0, "end": 0.5, "delay": 0.25}),
+            Quantity(
+                name="surge_deviation", source="the point at T = 0.41 with a delay of 0.25",
+                options={**front, "start": 0.0, "end": 0.5, "delay": 0.25},
+            ),
             Quantity(name="surge_delay", source="Martin and Moyce 1952", options={**front, "start": FIRST}),
             Quantity(
                 name="surge_deviation", value=0.0, tolerance=0.05, source="Martin and Moyce 1952, delay as in Lethe's example",

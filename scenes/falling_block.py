@@ -1,8 +1,9 @@
 """A flat block strikes a pool of water at rest: the momentum of both, and what the block loses.
 
-The pool floats free, without gravity and walls, so that block and water keep their momentum together, whatever happens. In unbounded water that pulls as well as it pushes the block would
-keep m / (m + m_a) of its speed, m_a = 1/2 x 0.579 pi/4 rho a^3 (von Karman 1929, Blevins 1979); here the relief that comes in from the rim of the face pulls
-no block back, so it loses more. Contact is by pinballs alone (T 3.3): its face is rows of balls.
+The pool floats free, without gravity and walls, so that block and water keep their momentum together, whatever happens. In unbounded
+water that pulls as well as it pushes the block would keep m / (m + m_a) of its speed, m_a = 1/2 x 0.579 pi/4 rho a^3 (von Karman 1929,
+Blevins 1979); here the relief that comes in from the rim of the face pulls no block back, so it loses more. Contact is by pinballs
+alone (T 3.3): its face is rows of balls.
 
     python scenes/falling_block.py --quality draft --out DIR
 """

@@ -1,7 +1,7 @@
 """An elastic plate as the bottom of a column of water bends under rho g h and its own weight (Kirchhoff, clamped square).
 
-The plate lies still and bare when the water is set upon it, so it swings; water and plate are left to ring and the mean over the last swings is compared. Sides
-are rigid planes without friction, so the plate carries all of the weight, by contact.
+The plate lies still and bare when the water is set upon it, so it swings; water and plate are left to ring and the mean over the last
+swings is compared. Sides are rigid planes without friction, so the plate carries all of the weight, by contact.
 
     python scenes/hydrostatic_plate.py --quality draft --out DIR
 """

@@ -1,8 +1,8 @@
 """A hemispherical striker through a thin steel plate (T 2.4.5): petals when slow, a plug when fast.
 
 Plate of 30 mm clamped on its three outer rows, striker of 22 mm and 154 g as one pinball, no friction. Johnson-Cook with
-Lemaitre-Chaboche damage and delay, T table 2.8. The plug of T (of the finite elements of Rusinek et al. in brackets): none at 40 and 50 m/s,
-none (4.8 mm) at 75 m/s, which T lays to too few nodes, 8.5 mm (9.9) at 150 m/s, 13 mm (12) at 300 m/s; balance of energy of T
+Lemaitre-Chaboche damage and delay, T table 2.8. The plug of T (of the finite elements of Rusinek et al. in brackets): none at 40 and 50
+m/s, none (4.8 mm) at 75 m/s, which T lays to too few nodes, 8.5 mm (9.9) at 150 m/s, 13 mm (12) at 300 m/s; balance of energy of T
 -3.76 to -0.2 %.
 
     python scenes/plate_perforation.py --quality paper --set velocity=150 --out DIR

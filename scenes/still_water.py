@@ -1,7 +1,7 @@
 """Water at rest: the pressure is rho g times the depth, and stays.
 
-`held` by rigid planes, which show the water its images, or by a held can, whose surface presses on it (docs/method.md, 11). Sound is slowed to
-ten times the speed of a fall through the depth, as is usual for water that moves slowly.
+`held` by rigid planes, which show the water its images, or by a held can, whose surface presses on it (docs/method.md, 11). Sound is
+slowed to ten times the speed of a fall through the depth, as is usual for water that moves slowly.
 
     python scenes/still_water.py --quality draft --set held=shell --out DIR
 """

@@ -1,7 +1,8 @@
 """How fast does it leak? The filled tank of scenes/tank_leak.py, hit, and watched for 20 ms instead of 2.1.
 
 By 2.1 ms the crack is open and hardly any water has left: the wave has gone, the walls still move apart. What leaves then is what the blow
-set in motion, and then what gravity drives, which is on here: at 2.4 m/s under half the height. T ran its coupled tank as long, for 260 hours.
+set in motion, and then what gravity drives, which is on here: at 2.4 m/s under half the height. T ran its coupled tank as long, for 260
+hours.
 
     python scenes/tank_leak_rate.py --quality draft --out DIR
 """

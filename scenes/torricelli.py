@@ -1,10 +1,10 @@
 """Water runs out through a round hole in the bottom of a tank: Torricelli's sqrt(2 g H) on the axis of the jet, and the contraction of a
 sharp edge.
 
-Square tank of rigid planes, twice as wide as the hole, filled to `head` widths of the tank. The closed form: discharge coefficient 0.61 of a sharp edge in a
-wide tank (Kirchhoff's pi / (pi + 2) of a slot is 0.611; measured 0.60 to 0.62). Viscosity is the question: the artificial one that keeps the
-particles calm is that of a fluid, nu = alpha c h / 10, and Re = v d / nu with the speed v of the jet and the diameter d of the hole. At alpha = 0.02 and 14
-spacings Re is about 600, at alpha = 0.1 about 120.
+Square tank of rigid planes, twice as wide as the hole, filled to `head` widths of the tank. The closed form: discharge coefficient 0.61
+of a sharp edge in a wide tank (Kirchhoff's pi / (pi + 2) of a slot is 0.611; measured 0.60 to 0.62). Viscosity is the question: the
+artificial one that keeps the particles calm is that of a fluid, nu = alpha c h / 10, and Re = v d / nu with the speed v of the jet and
+the diameter d of the hole. At alpha = 0.02 and 14 spacings Re is about 600, at alpha = 0.1 about 120.
 
     python scenes/torricelli.py --quality draft --set head=2 --out DIR
 """

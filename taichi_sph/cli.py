@@ -220,7 +220,7 @@ def sweep(
 
     words = command_line(scene, quality, set_, "sweep") + "".join(f" --vary {shlex.quote(pair)}" for pair in vary)
     words += (" --one-at-a-time" if alone else "") + (f" --out {shlex.quote(str(out))}" if out else "")
-    how = {
+    how: dict[str, Any] = {
         "alone": alone,
         "scheduler": scheduler,
         "workers": workers,
@@ -260,8 +260,15 @@ def price(
     words += "".join(f" --also {shlex.quote(text)}" for text in also or ())
     words += "" if seeds == 3 else f" --seeds {seeds}"
     words += "" if most == 30.0 else f" --most {most:g}"
-    how = {"scheduler": scheduler, "workers": workers, "arch": arch, "threads": threads, "patience": patience, "record": record}
-    asked = {"quantities": quantity or (), "also": also or (), "seeds": seeds, "most": most}
+    how: dict[str, Any] = {
+        "scheduler": scheduler,
+        "workers": workers,
+        "arch": arch,
+        "threads": threads,
+        "patience": patience,
+        "record": record,
+    }
+    asked: dict[str, Any] = {"quantities": quantity or (), "also": also or (), "seeds": seeds, "most": most}
     pricing.main(_find(scene), settings(quality, set_), out, **asked, **how, command=words)
 
 

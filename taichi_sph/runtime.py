@@ -14,14 +14,18 @@ import functools
 import io
 import os
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 
-import taichi as ti  # noqa: E402
+if TYPE_CHECKING:
+    ti: Any  # Taichi compiles the source of a kernel: its types are its own, and a type checker knows nothing of them
+else:
+    import taichi as ti
 
-from .errors import SceneError  # noqa: E402
+from .errors import SceneError
 
 ARCHS = ("cpu", "cuda", "vulkan", "metal")
 

@@ -109,7 +109,7 @@ def stored(sim, u: np.ndarray) -> float:
     """Elastic energy [J] at the displacements u."""
     put(sim, "u", u)
     sim.shell.internal.strain(1e-30)  # a mere look, dt = 0, would leave the strains of a shell with damage as they are
-    return sim.ledger.stored()
+    return sim.shell.stored()
 
 
 def strains(sim) -> np.ndarray:

@@ -81,7 +81,7 @@ def forces(sim, u: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray, f
     """Forces [N], couples [N m] on the nodes and the stored energy [J] at (u, d)."""
     pose(sim, u, d)
     sim.shell.internal.strain(0.0)
-    energy = sim.ledger.stored()
+    energy = sim.shell.stored()
     sim.shell.internal.force()
     return of_nodes(sim, "force"), of_nodes(sim, "couple"), energy
 

@@ -9,8 +9,9 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "taichi_sph"
 LAYERS = [
-    "scene", "geometry", "bodies", "couplings", "observers", "world", "output", "render", "run", "studies", "verification", "cli", "__main__",
-]  # fmt: skip
+    *("scene", "geometry", "bodies", "couplings", "observers", "world", "output", "render", "run", "studies", "verification"),
+    *("cli", "__main__"),
+]
 # what a leaf itself may use
 LEAF_USES = {
     "errors": set(),

@@ -118,7 +118,7 @@ def _voronoi_shares(p: np.ndarray, areas: np.ndarray) -> np.ndarray:
     part = square * cot / 8.0
     share = np.stack([part[:, (k + 1) % 3] + part[:, (k + 2) % 3] for k in range(3)], axis=1)
     wide = cot < -1e-12
-    return np.where(wide.any(axis=1)[:, None], np.where(wide, 0.5, 0.25) * areas[:, None], share)
+    return np.where(np.any(wide, axis=1)[:, None], np.where(wide, 0.5, 0.25) * areas[:, None], share)
 
 
 def _edges(mesh: SurfaceMesh) -> Edges:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..scene.schema import Ball, Outside, Region
+from ..scene.schema import Ball, Box, Outside, Region
 
 
 def inside(region: Region, points: np.ndarray) -> np.ndarray:
@@ -13,7 +13,7 @@ def inside(region: Region, points: np.ndarray) -> np.ndarray:
     return ~_inside(region.of, points, -slack) if isinstance(region, Outside) else _inside(region, points, slack)
 
 
-def _inside(region: Region, points: np.ndarray, slack: float) -> np.ndarray:
+def _inside(region: Box | Ball, points: np.ndarray, slack: float) -> np.ndarray:
     if isinstance(region, Ball):
         return np.linalg.norm(points - np.asarray(region.centre), axis=1) <= region.radius + slack
     caught = np.ones(len(points), bool)

@@ -56,9 +56,8 @@ def generate(surface: Generated, numerics: Numerics) -> SurfaceMesh:
             start, angle = np.pi / 2 - surface.half_angle, surface.half_angle - surface.start
             mesh = _turned(finish(_wall(surface.radius, surface.length, start, angle, d)), "x")
         case Cylinder() if surface.ends == "open":
-            angle = None if surface.whole else surface.angle
-            mesh = finish(_wall(surface.radius, surface.length, surface.start_angle, angle, d))
-            mesh = _turned(mesh, surface.axis)
+            part = None if surface.whole else surface.angle
+            mesh = _turned(finish(_wall(surface.radius, surface.length, surface.start_angle, part, d)), surface.axis)
         case Cylinder() | CappedTank():
             half_angle = surface.half_angle if isinstance(surface, CappedTank) else 0.0
             start = surface.start_angle if isinstance(surface, Cylinder) else 0.0

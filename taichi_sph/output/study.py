@@ -68,7 +68,10 @@ def _order(study: Study, order: Convergence, quantities: Mapping[str, dict[str, 
         entry = quantities[f"{order.quantity}_{case}"]
         if entry["value"] is not None and entry["value"] != entry["target"]:
             points.append((study.cases[case].numerics.spacing, abs(entry["value"] - entry["target"])))
-    value = float(np.polyfit(*np.log(np.array(points)).T, 1)[0]) if len(points) == len(order.cases) else None
+    value = None
+    if len(points) == len(order.cases):
+        spacings, errors = np.log(np.array(points)).T
+        value = float(np.polyfit(spacings, errors, 1)[0])
     met = None if order.least is None else value is not None and value >= order.least
     return {"value": value, "unit": "", "target": order.least, "tolerance": None, "source": order.source, "met": met}
 
@@ -81,7 +84,7 @@ def write_study_summary(out: Path, study: Study, failed: Mapping[str, str], *, c
     """
     runs = {case: read_json(out / case / "summary.json") for case in study.cases if case not in failed}
     found = list(runs.values())
-    quantities = {}
+    quantities: dict[str, dict[str, Any]] = {}
     for case, scene in study.cases.items():
         own = runs[case]["quantities"] if case in runs else {name: judged(q, None) for name, q in quantity_names(scene)}
         quantities |= {f"{name}_{case}": entry for name, entry in own.items()}

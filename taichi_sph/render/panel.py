@@ -1,6 +1,7 @@
 """A body seen from above, or obliquely where it is not flat, as it goes into a picture: polygons, colours, view. And how it is drawn.
 
-Shells are polygons, rigid bodies their pinballs, fluids a ball for each particle. The page around it (axes, colour bar, titles) is matplotlib's with either renderer, so pictures look alike.
+Shells are polygons, rigid bodies their pinballs, fluids a ball for each particle. The page around it (axes, colour bar, titles) is
+matplotlib's with either renderer, so pictures look alike.
 """
 
 from __future__ import annotations
@@ -245,6 +246,8 @@ def _draw_balls(axes: Axes, body: BodyFrame, view: View, wet: Look | None) -> No
     order = np.argsort(points[:, 2], kind="stable")
     if body.kind == "rigid":
         across, colours = 2e3 * body.point_data["radius"], np.full(len(points), METAL)
+    elif wet is None:
+        return
     else:
         across = 1e3 * body.point_data["diameter"]
         colours = wet.colours(Normalize(wet.low, wet.high)(point_values(body, wet.field)))

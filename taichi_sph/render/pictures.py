@@ -48,7 +48,8 @@ def _times(run: RunFolder) -> np.ndarray:
 
 
 def look_of(runs: Sequence[RunFolder]) -> Look:
-    """Colours and magnification for all pictures of some runs: damage where there is any, else plastic strain, else displacement where there is no time, else speed."""
+    """Colours and magnification for all pictures of some runs: damage where there is any, else plastic strain, else displacement where
+    there is no time, else speed."""
     last = [body for run in runs for body in _bodies(run, -1)]
     bends = any(shell.motion == "free" for run in runs for shell in run.scene.shells)
     factor = min(magnification(_bodies(run, -1), BENT if bends else MOVED) for run in runs)
@@ -182,8 +183,8 @@ def strip_frames(run: RunFolder, count: int = STRIP_TIMES) -> list[int]:
         if "rupture_time" in b.cell_data
         for rupture in [np.asarray(b.cell_data["rupture_time"], dtype=float)]
     ]
-    ruptures = np.concatenate(ruptures) if ruptures else np.empty(0)
-    first, last = (ruptures.min(), ruptures.max()) if len(ruptures) else (times[0], times[-1])
+    known = np.concatenate(ruptures) if ruptures else np.empty(0)
+    first, last = (known.min(), known.max()) if len(known) else (times[0], times[-1])
     wanted = first + (last - first) * np.arange(1, count + 1) / count
     wanted[-1] = last
     after = [min(int(np.searchsorted(times, t)), len(times) - 1) for t in wanted]

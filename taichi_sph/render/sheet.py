@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
@@ -47,9 +48,8 @@ class Shot:
 
 
 def length_text(metres: float) -> str:
-    for factor, unit in ((1.0, "m"), (1e3, "mm"), (1e6, "µm")):
-        if metres * factor >= 1:
-            break
+    units = ((1.0, "m"), (1e3, "mm"), (1e6, "µm"))
+    factor, unit = next((u for u in units if metres * u[0] >= 1), units[-1])
     return f"{metres * factor:g} {unit}"
 
 
@@ -136,5 +136,6 @@ def _bars(figure: Figure, looks: Sequence[Look], wide: float, height: float) -> 
 
 def pixels(figure: Figure) -> np.ndarray:
     """(height, width, 3) uint8"""
-    figure.canvas.draw()
-    return np.asarray(figure.canvas.buffer_rgba())[..., :3]
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3]

@@ -196,7 +196,7 @@ def shown_points(run: RunFolder, instants: Sequence[int]) -> np.ndarray:
     found = []
 
     def near(points: np.ndarray) -> np.ndarray:
-        return ((points >= low - room) & (points <= high + room)).all(axis=1)
+        return np.all((points >= low - room) & (points <= high + room), axis=1)
 
     for index in instants:
         for body in bodies_at(run, index):

@@ -108,6 +108,8 @@ def image(
         if body.kind == "rigid":
             _pinballs(plotter, body, view, cut)
         elif body.kind == "fluid":
+            if wet is None:
+                continue
             across = float(np.median(body.point_data["diameter"])) * scale
             values = point_values(body, wet.field)
             _balls(plotter, points, across, scalars=values, cmap=wet.colours, clim=(wet.low, wet.high), ambient=0.35, diffuse=0.75)

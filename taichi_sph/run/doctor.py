@@ -38,7 +38,8 @@ def total(n: ti.i32) -> ti.f64:
         s += 0.5 * i
     return s
 assert abs(total(1001) - 250250) < 1e-6, "a sum came out wrong"
-print(f"{ti.__version__ if isinstance(ti.__version__, str) else '.'.join(map(str, ti.__version__))}, first kernel after {time.time() - began:.1f} s")
+version = ti.__version__ if isinstance(ti.__version__, str) else ".".join(map(str, ti.__version__))
+print(f"{version}, first kernel after {time.time() - began:.1f} s")
 """
 
 PICTURE = """

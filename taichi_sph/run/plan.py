@@ -155,7 +155,7 @@ def _rigid(body: Rigid, scene: Scene) -> BodyPlan:
 
 def _fluid(fluid: Fluid, scene: Scene, meshes: dict[str, SurfaceMesh]) -> BodyPlan:
     """Its particles, and the step of sound through them."""
-    filling = fill_fluid(fluid, scene, meshes.get(getattr(fluid.fill, "shell", None)))
+    filling = fill_fluid(fluid, scene, meshes.get(getattr(fluid.fill, "shell", "")))
     analytic = fluid.water.density * filling.volume
     return BodyPlan(
         name=fluid.name,

@@ -40,15 +40,24 @@ SCENE_FILE, SUMMARY_FILE, LOG_FILE, STOPPED = "scene.json", "summary.json", "log
 class WorldLike(Protocol):
     """What the run needs of world.world.World (tests use a small stand-in)."""
 
-    time: float
-    step: int
-    dt: float
-    dt_rule: str
-    n_nodes: int
-    stress_points: int
-    bytes: int
-    compile_seconds: float
-    unset: Collection[str]  # last parts of the names of what may hold a NaN or an infinity in `state`
+    @property
+    def time(self) -> float: ...
+    @property
+    def step(self) -> int: ...
+    @property
+    def dt(self) -> float: ...
+    @property
+    def dt_rule(self) -> str: ...
+    @property
+    def n_nodes(self) -> int: ...
+    @property
+    def stress_points(self) -> int: ...
+    @property
+    def bytes(self) -> int: ...
+    @property
+    def compile_seconds(self) -> float: ...
+    @property
+    def unset(self) -> Collection[str]: ...  # last parts of the names of what may hold a NaN or an infinity in `state`
 
     def advance_to(self, time: float) -> None: ...
     def probes(self) -> dict[str, dict[str, float]]: ...
@@ -237,7 +246,7 @@ def resume(
 def _clocks_of(extra: dict[str, Any]) -> Clocks:
     """The clocks that a checkpoint holds; what is missing there, or is no number, begins at nothing."""
     found = {f.name: extra.get(f.name) for f in fields(Clocks)}
-    kept = {k: v for k, v in found.items() if isinstance(v, str if k == "command" else int | float)}
+    kept: dict[str, Any] = {k: v for k, v in found.items() if isinstance(v, str if k == "command" else int | float)}
     return Clocks(**{"command": "", "threads": 1, **kept})
 
 
@@ -401,10 +410,15 @@ class _Session:
         from ..output.summary import write_summary
 
         sim, c = self.sim, self.clocks
-        how = {"command": c.command, "arch": self.arch, "threads": c.threads, "steps": sim.step, "seconds": c.seconds}
+        how: dict[str, Any] = {"command": c.command, "arch": self.arch, "threads": c.threads, "steps": sim.step, "seconds": c.seconds}
         write_record(self.out, self.scene, state=sim.state(), **how)
         with RunFolder(self.out) as folder:
-            counted = {"nodes": sim.n_nodes, "stress_points": sim.stress_points, "processor": c.processor, "bytes": sim.bytes}
+            counted: dict[str, Any] = {
+                "nodes": sim.n_nodes,
+                "stress_points": sim.stress_points,
+                "processor": c.processor,
+                "bytes": sim.bytes,
+            }
             summary = write_summary(folder, **counted, contact=sim.contact_report(), **how)
             lines = answer(folder, summary)
         if c.advance > 1.0:  # shorter ones measure the start
@@ -487,7 +501,9 @@ def _simulation(scene: Scene, arch: str, threads: int | None, progress: Progress
     progress.say(f"compiling for {arch} (kept for the next run) ...")
     began = clock.monotonic()
     if factory is None:
-        from ..world.world import World as factory
+        from ..world.world import World
+
+        factory = World
     sim = factory(scene, arch=arch, threads=threads)
     progress.say(f"compiled and built in {clock.monotonic() - began:.1f} s; dt {show(sim.dt, 's')}, ruled by {sim.dt_rule}")
     return sim

@@ -70,7 +70,7 @@ def _one(problem: Any, loc: list[str], annotations: list[Any]) -> str:
         if said.startswith(("is ", "has ", "divides ")):  # said by a unit about its value
             return f"{key} = {_shown(value)} {said}"
         owner = _model(annotations[-1] if annotations else None)
-        is_key = bool(owner) and re.split(r"\W", said, maxsplit=1)[0] in owner.model_fields
+        is_key = owner is not None and re.split(r"\W", said, maxsplit=1)[0] in owner.model_fields
         return f"{key}{'.' if is_key else ': '}{said}" if key else said
     if kind == "extra_forbidden":
         owner = _model(annotations[-2] if len(annotations) > 1 else None)
@@ -90,11 +90,11 @@ def _one(problem: Any, loc: list[str], annotations: list[Any]) -> str:
         return f"{key} holds {context.get('actual_length')} entries; {'at least' if kind == 'too_short' else 'at most'} {need} needed"
     if kind == "missing":
         return f"{key} is missing" if not loc[-1].startswith("[") else f"{_path(loc[:-1])} lacks its entry {loc[-1]}"
-    said = _SAID.get(kind)
-    if said is None:
+    template = _SAID.get(kind)
+    if template is None:
         return f"{key} = {_shown(value)}: {problem['msg']}"
     unit = _unit(annotations[-1] if annotations else None)
-    said = said.format(**context, unit=f" {unit}" if unit else "")
+    said = template.format(**context, unit=f" {unit}" if unit else "")
     if kind == "json_invalid":
         return f"the file {said}"
     return f"{key} = {_shown(value)}{f' {unit}' if unit and not isinstance(value, str) else ''} {said}"

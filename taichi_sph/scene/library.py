@@ -8,11 +8,12 @@ laws without a strength: `ductile("E24")`.
 from __future__ import annotations
 
 from functools import cache
+from typing import Any
 
 from ..errors import SceneError, nearest
 from .materials import Delay, JohnsonCook, LemaitreChaboche, Material, Mazars, Perfect
 
-STEEL = {"young": 210e9, "poisson": 0.3, "density": 7800.0}
+STEEL: dict[str, Any] = {"young": 210e9, "poisson": 0.3, "density": 7800.0}
 
 # T table 2.1, at 20 degrees C: eps_d, eps_r, D_c
 _DUCTILE = {
@@ -39,8 +40,8 @@ def ductile(name: str) -> LemaitreChaboche:
 
 @cache
 def _library() -> dict[str, Material]:
-    concrete = {"damage": Mazars(threshold=8.5e-5, A=1, B=7300), "poisson": 0.2, "critical_damage": 0.99}
-    au4g = {"young": 73.1e9, "density": 2780.0, "poisson": 0.33, "strength": Perfect(yield_stress=325e6)}
+    concrete: dict[str, Any] = {"damage": Mazars(kind="mazars", threshold=8.5e-5, A=1, B=7300), "poisson": 0.2, "critical_damage": 0.99}
+    au4g: dict[str, Any] = {"young": 73.1e9, "density": 2780.0, "poisson": 0.33, "strength": Perfect(yield_stress=325e6)}
     tank = LemaitreChaboche(threshold=0.0, rupture=1.0, critical=0.25)
     found = [
         Material(name="concrete, beam", source="T table 2.2", young=31.37e9, density=2400, delay=Delay(a=1, tau_c=1.5e-5), **concrete),

@@ -147,7 +147,7 @@ def _rigids(s: Scene) -> None:
         return
     if all(body.held for body in s.rigids) and not s.shells:
         raise ValueError("rigids: all bodies are held and there is no other one: nothing can move")
-    for number, shell in enumerate(s.shells):
+    for shell in s.shells:
         if shell.motion == "in_plane":
             raise ValueError(f"rigids: shell '{shell.name}' moves in its plane and cannot be hit; give it motion = 'free'")
     _in_time(s, "rigid bodies move", "rigids")
@@ -180,7 +180,7 @@ def _fluids(s: Scene) -> None:
         inside = getattr(fluid.fill, "shell", None)
         if inside is not None and inside not in shells:
             raise ValueError(f"fluids[{number}].fill.shell: there is no shell '{inside}'{nearest(inside, shells)}")
-    for number, shell in enumerate(s.shells):
+    for shell in s.shells:
         if shell.motion == "in_plane":
             raise ValueError(f"fluids: shell '{shell.name}' moves in its plane and cannot hold a fluid; give it motion = 'free'")
     if s.fluids[0].every not in (None, 1) and not s.shells:
@@ -190,19 +190,20 @@ def _fluids(s: Scene) -> None:
             cosine = sum(a * b for a, b in zip(wall.normal, before.normal)) / (math.hypot(*wall.normal) * math.hypot(*before.normal))
             if 1e-6 < abs(cosine) < 1 - 1e-6:
                 raise ValueError(
-                    f"walls[{number}]: neither parallel nor at right angles to walls[{other}], and their images could not meet; turn one of them"
+                    f"walls[{number}]: neither parallel nor at right angles to walls[{other}], and their images could not"
+                    " meet; turn one of them"
                 )
             apart = sum((b - a) * n for a, b, n in zip(wall.point, before.point, wall.normal)) / math.hypot(*wall.normal)
             least = 1.03 * s.fluids[0].support * (s.fluids[0].spacing or s.numerics.spacing)
             if cosine > 0 and abs(apart) < 2.0 * least:
                 raise ValueError(
-                    f"walls[{number}] and walls[{other}] face the same way {show(abs(apart), 'm')} apart, and a particle would see itself in both: leave "
-                    "one of them out"
+                    f"walls[{number}] and walls[{other}] face the same way {show(abs(apart), 'm')} apart, and a particle would see"
+                    " itself in both: leave one of them out"
                 )
             if cosine < 0 < apart < least:
                 raise ValueError(
-                    f"walls[{number}] and walls[{other}] face each other {show(apart, 'm')} apart, and images of images, which begin below {show(least, 'm')}, "
-                    "are not computed: move them apart, or take a finer spacing"
+                    f"walls[{number}] and walls[{other}] face each other {show(apart, 'm')} apart, and images of images, which"
+                    f" begin below {show(least, 'm')}, are not computed: move them apart, or take a finer spacing"
                 )
     _in_time(s, "a fluid moves", "fluids")
 

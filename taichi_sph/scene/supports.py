@@ -57,4 +57,5 @@ def _motion(shell: str, on: Sequence[Edge], off: Sequence[Edge], near: float) ->
     def all_of(name: str) -> Hold:
         return tuple(0 if any(getattr(e, name)[c] == 0 for e in on) else None for c in range(3))  # type: ignore[return-value]
 
-    return PrescribedVelocity(shell=shell, where=Box(lo=tuple(lo), hi=tuple(hi)), velocity=all_of("velocity"), spin=all_of("spin"))
+    where = Box(lo=(lo[0], lo[1], lo[2]), hi=(hi[0], hi[1], hi[2]))
+    return PrescribedVelocity(shell=shell, where=where, velocity=all_of("velocity"), spin=all_of("spin"))

@@ -120,7 +120,8 @@ def _of_the_form(scene: Scene, key: str) -> dict[str, Settings]:
 
 def _of_the_fluid(fluid, wets: bool) -> dict[str, Settings]:
     """Support, viscosity and diffusion of a fluid; where it wets a shell, its contact and how often it acts."""
-    inside, found = f"fluids.{fluid.name}", {}
+    inside = f"fluids.{fluid.name}"
+    found: dict[str, Settings] = {}
     found |= {f"{fluid.name} support {s:g}": {f"{inside}.support": s} for s in (1.05, 1.3) if s != fluid.support}
     found |= {f"{fluid.name} alpha {a:.3g}": {f"{inside}.alpha": a} for a in (fluid.alpha / 3, fluid.alpha * 3) if 0.0 < a <= 3.0}
     found |= {f"{fluid.name} delta {d:g}": {f"{inside}.delta": d} for d in (0.0, 0.1) if d != fluid.delta}
@@ -487,13 +488,14 @@ def main(
             "quality_rule": QUALITY_RULE,
             "left_out": left_out,
         }
-        found["words"] = sentences(found)
+        words = sentences(found)
+        found["words"] = words
         for written in _write(found, all_results, out, progress):
             progress.say(f"written: {written}")
         if record:
             for written in _record(found, out):
                 progress.say(f"recorded: {written}")
-        for line in ("", *found["words"]):
+        for line in ("", *words):
             progress.say(line)
         return out
 

@@ -280,9 +280,9 @@ def _on_cluster(tasks: Mapping[str, Any], scheduler: str, worker: Callable[..., 
         session = uuid.uuid4().hex[:8]  # the scheduler must not hand back what it remembers of an earlier sweep
         futures = {client.submit(worker, point, key=f"taichi-sph-{session}-{name}", pure=False): point for name, point in tasks.items()}
         for future in as_completed(futures, loop=client.loop):
-            error = future.exception()
-            said = f"{type(error).__name__}: {error}".replace("\n", " ")
-            yield futures[future], future.result() if error is None else _result(futures[future], None, said)
+            broke = future.exception()
+            said = f"{type(broke).__name__}: {broke}".replace("\n", " ")
+            yield futures[future], future.result() if broke is None else _result(futures[future], None, said)
 
 
 # --- the table --------------------------------------------------------------------------------------

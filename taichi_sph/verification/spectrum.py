@@ -188,7 +188,7 @@ def compare_bent(scene: Scene, cells: int = 12, count: int = 12) -> Bent:
 
     plain = patch(scene, cells)
     sim = World(plain)
-    A, free, number, root = sparse_stiffness(sim)
+    A, free, number, root = sparse_stiffness(sim.shell)
     m, thickness = plain.shells[0].material, plain.shells[0].thickness
     # the elements' on the same unknowns
     n, c, f = free.shape

@@ -166,6 +166,10 @@ class World:
             if self.refit and self.step % self.every == 0:
                 self._fit_dt()
         self.stepping += clock.perf_counter() - began
+        self.look()
+
+    def look(self) -> None:
+        """RunStopped when something cannot be true any more."""
         names = [body.name for group in self.groups for body in group.bodies]
         nothing = min(group.negligible() for group in self.groups)
         watchdog.look(self.groups, names, self.energies(), Now(self.time, self.step), nothing)

@@ -20,7 +20,7 @@ class FakeWorld:
     unset = ()
     stop_at: int | None = None
     on_step: Any = None  # called with the simulation after each step
-    asked: list[dict[str, Any]] = []  # noqa: RUF012, how it was built
+    asked: list[dict[str, Any]] = []
 
     def __init__(self, scene: Scene, arch: str = "cpu", threads: int | None = None) -> None:
         if arch not in ("cpu",):

@@ -77,15 +77,18 @@ def test_options(call, work, fake, scene_file, arguments, said):
     refused(call(*arguments), files(work), work, said)
 
 
+FACET = "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex {}\nendloop\nendfacet\nendsolid"
+
+
 @pytest.mark.parametrize(
     ("content", "said"),
     [
         (None, "there is no mesh file"),
         ("", "is an empty file"),
         ("solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n", "mesh plate.stl"),
-        ("solid x\n" + "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex nan 1 0\nendloop\nendfacet\nendsolid", "not a number"),
-        ("solid x\n" + "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 2 0 0\nendloop\nendfacet\nendsolid", "is flat"),
-        ("solid x\n" + "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 1\nendloop\nendfacet\nendsolid", "z = constant"),
+        (FACET.format("nan 1 0"), "not a number"),
+        (FACET.format("2 0 0"), "is flat"),
+        (FACET.format("0 1 1"), "z = constant"),
     ],
 )  # fmt: skip
 def test_meshes(call, work, fake, content, said):

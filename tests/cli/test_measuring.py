@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from taichi_sph.geometry.mesh import plate
-from taichi_sph.run.plan import plan
 from taichi_sph.run import speed
+from taichi_sph.run.plan import plan
 from taichi_sph.scene import Scene
 from taichi_sph.verification.bench import TRAFFIC, exponent, plate_scene, step_bytes
 from taichi_sph.verification.spectrum import _lowest, element_stiffness, square

@@ -143,8 +143,9 @@ def test_what_is_judged():
 
 def point(name, value, processor, met=True, spacing=1.0, status="done"):
     return {
-        "name": name, "settings": {}, "scene_hash": name, "status": status, "sentence": "it broke", "command": "", "spacing": spacing, "nodes": 1,
-        "steps": 1, "node_steps": 1e6 * processor, "bytes": 1e6, "seconds": processor, "processor": processor, "cost": processor, "values": {"w": value, "count": 1.0 if met else 2.0},
+        "name": name, "settings": {}, "scene_hash": name, "status": status, "sentence": "it broke", "command": "", "spacing": spacing,
+        "nodes": 1, "steps": 1, "node_steps": 1e6 * processor, "bytes": 1e6, "seconds": processor, "processor": processor,
+        "cost": processor, "values": {"w": value, "count": 1.0 if met else 2.0},
         "met": {"count": met}, "B_percent": 0.0,
     }  # fmt: skip
 
@@ -167,7 +168,8 @@ def record(*points):
         p["error"] = price.error_of(p, refs, ["count"])
     points = list(points)
     return {
-        "scene": "small", "title": "A plate", "quality": "draft", "references": refs, "counts": ["count"], "points": points, "front": price.front(points),
+        "scene": "small", "title": "A plate", "quality": "draft", "references": refs, "counts": ["count"],
+        "points": points, "front": price.front(points),
         "qualities": price.qualities(points), "command": "taichi-sph price small", "left_out": {}, "thesis": price.THESIS,
     }  # fmt: skip
 
@@ -175,7 +177,8 @@ def record(*points):
 def several():
     return [
         point(price.BASE, 1.02, 10), point("quick", 1.028, 4), point("rough", 1.2, 1), point("fine", 1.004, 40), point("fool", 1.03, 50),
-        point("lucky", 1.0, 2, met=False), point("gone", None, 0.1, status="failed"), point(price.THESIS, 1.05, 30) | {"settings": {"formulation": "collocation"}},
+        point("lucky", 1.0, 2, met=False), point("gone", None, 0.1, status="failed"),
+        point(price.THESIS, 1.05, 30) | {"settings": {"formulation": "collocation"}},
     ]  # fmt: skip
 
 
@@ -231,8 +234,8 @@ def runs(work, scene_file, monkeypatch):
         d = n["spacing"] / 2e-3
         width = 1.0 + 0.04 * d**2 + (0.03 * (n["seed"] - 1.5) if n["irregularity"] else 0.0) + (0.5 if n["precision"] == "f32" else 0.0)
         summary = {
-            "seconds": {"compile": 1.0, "advance": d**-3, "write": 0.0}, "processor_seconds": d**-3, "node_steps": 1000 * d**-3, "bytes": 5000,
-            "nodes": 5, "steps": 7, "settings": {"spacing": n["spacing"]}, "B_percent": 0.1,
+            "seconds": {"compile": 1.0, "advance": d**-3, "write": 0.0}, "processor_seconds": d**-3, "node_steps": 1000 * d**-3,
+            "bytes": 5000, "nodes": 5, "steps": 7, "settings": {"spacing": n["spacing"]}, "B_percent": 0.1,
             "quantities": {"crack_width": entry(width, 1.0, 0.1), "crack_count": entry(1 if d < 1.9 else 3, 1, 0, "")}, "commit": "abc",
         }  # fmt: skip
         return sweep._result(task, summary, "")

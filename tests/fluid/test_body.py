@@ -25,7 +25,8 @@ def test_water_at_rest_in_a_box():
 
 
 def test_every_wall_within_reach_shows_its_images():
-    """At one pressure nothing pushes, in the corner of a slice three spacings thick as well: four walls are within reach there, and six in a cube."""
+    """At one pressure nothing pushes, in the corner of a slice three spacings thick as well: four walls are within reach there, and six in
+    a cube."""
     for counts, walls in (((8, 3, 8), box(1.0, 0.03)), ((3, 3, 3), box(0.03, 0.03, 0.03))):
         x = lattice(counts)
         b = body(x, walls=walls, delta=0.0)

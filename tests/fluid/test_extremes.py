@@ -98,8 +98,8 @@ def test_the_watchdog_names_the_particle():
         RunStopped,
         match=r"fluid 'water': particle \d+ at \(.*\) mm moves at .* m/s at t = .* beyond 3 times the sound speed 20 m/s; the impact",
     ):
-        sim.watchdog.look(sim.energies())
+        sim.look()
     v[5] = np.nan
     runtime.put(sim.fluid.p.v, v)
     with pytest.raises(RunStopped, match="moves at nan m/s"):
-        sim.watchdog.look(sim.energies())
+        sim.look()

@@ -89,7 +89,9 @@ def test_facets_of_a_plane_give_its_integral(above):
     runtime.put(sim.shell.nodes.force, np.zeros((sim.shell.nodes.n, 3)))
     f.wet.bear(0.5 / (f.water.support * d))
     assert len(points) == sim.shell.nodes.n and f.p.n == 1
-    assert -runtime.get(sim.shell.nodes.force, sim.shell.nodes.n).sum(axis=0)[2] == pytest.approx(integral(above * d, f.water.support * d), rel=0.01)
+    assert -runtime.get(sim.shell.nodes.force, sim.shell.nodes.n).sum(axis=0)[2] == pytest.approx(
+        integral(above * d, f.water.support * d), rel=0.01
+    )
 
 
 @pytest.mark.parametrize("above", [0.5, 1.0, 1.5])
@@ -137,8 +139,8 @@ def divided(low: float, high: float):
 
 
 def test_past_the_rim_of_a_plate_one_pressure_pushes_nothing():
-    """Water on both sides of a plate and beyond its rim, where some of each kernel sees past it: at one pressure what is left is the noise of a
-    lattice beside facets."""
+    """Water on both sides of a plate and beyond its rim, where some of each kernel sees past it: at one pressure what is left is the
+    noise of a lattice beside facets."""
     d, half = 0.02, 0.5e-3
     x = (np.arange(10) - 4.5) * d
     z = half + (np.arange(5) + 0.5) * d

@@ -80,7 +80,7 @@ def test_forces_are_the_slope_of_the_energy(closed):
     energy = []
     for step in (1e-5, -1e-5):
         loads(closed, u + step * du, d + step * dd)
-        energy.append(closed.ledger.stored())
+        energy.append(closed.shell.stored())
     slope = (energy[0] - energy[1]) / 2e-5
     assert -((force * du).sum() + (couple * dd).sum()) == pytest.approx(slope, rel=1e-6)
 

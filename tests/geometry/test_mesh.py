@@ -96,4 +96,4 @@ def test_an_edge_of_three_cells_is_refused():
     points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]])
     cells = np.array([[0, 1, 2, -1], [1, 0, 3, -1], [0, 1, 4, -1]], np.int32)
     with pytest.raises(SceneError, match="nodes 0 and 1 bounds 3 cells"):
-        SurfaceMesh(points, cells, 1.0).edges
+        _ = SurfaceMesh(points, cells, 1.0).edges

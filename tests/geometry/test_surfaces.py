@@ -276,6 +276,7 @@ def test_flat_surfaces_move_in_their_plane(surface):
 
 
 TUBE = {"kind": "cylinder", "radius": 1, "length": 2}
+ROOF = {"kind": "roof", "radius": 1, "length": 1, "half_angle": "40 deg"}
 
 
 @pytest.mark.parametrize(
@@ -293,7 +294,7 @@ TUBE = {"kind": "cylinder", "radius": 1, "length": 2}
         ({"surface": {"kind": "sphere_patch", "radius": 1, "half_angle": "120 deg"}}, "must be at most"),
         ({"surface": {"kind": "capped_tank", "radius": 1, "length": 1, "cap_height": 2}}, "at most a hemisphere"),
         ({"surface": {"kind": "capped_tank", "radius": 1, "length": 1, "cap": "flat", "cap_height": 1}}, "a flat cap has none"),
-        ({"surface": {"kind": "roof", "radius": 1, "length": 1, "half_angle": "40 deg", "start_angle": "50 deg"}}, "is outside -40 to 40 deg"),
+        ({"surface": ROOF | {"start_angle": "50 deg"}}, "is outside -40 to 40 deg"),
         ({"surface": {"kind": "disc", "radius": -1}}, "must be greater than 0 m"),
         ({"surface": {"kind": "disk", "radius": 1}}, "did you mean 'disc'?"),
     ],

@@ -174,11 +174,17 @@ def test_poisson_counts():
 @pytest.mark.parametrize("a, tau_c", [(10.0, 1e-6), (1.0, 15e-6), (0.5, 2e-7)])
 def test_delay_against_a_fine_integration(a, tau_c):
     """D rises in stairs: between two of them the law's own exact solution, T 2.73 by scipy."""
+
+    def rate(_, r, target):
+        return [(1 - np.exp(-a * max(target - r[0], 0.0))) / tau_c]
+
     dt, n = tau_c / 7, 60
     D = np.minimum(1.0, np.floor(np.linspace(0, 6, n)) / 5)
     expected, y = [], 0.0
     for target in D:
-        solution = solve_ivp(lambda _, r: [(1 - np.exp(-a * max(target - r[0], 0.0))) / tau_c], (0, dt), [y], rtol=1e-11, atol=1e-13)
+        solution = solve_ivp(
+            lambda _, r, target=target: [(1 - np.exp(-a * max(target - r[0], 0.0))) / tau_c], (0, dt), [y], rtol=1e-11, atol=1e-13
+        )
         y = solution.y[0, -1]
         expected.append(y)
     assert delayed(D, a=a, tau_c=tau_c, dt=dt) == pytest.approx(expected, abs=1e-6)

@@ -48,7 +48,7 @@ def test_constants_by_quadrature():
         return 1 - 1.5 * q**2 + 0.75 * q**3 if q < 1 else 0.25 * (2 - q) ** 3
 
     for dim, sphere in {1: 2.0, 2: 2 * np.pi, 3: 4 * np.pi}.items():
-        whole = sum(quad(lambda q: sphere * formula(q) * q ** (dim - 1), a, a + 1)[0] for a in (0, 1))
+        whole = sphere * sum(quad(lambda q, dim=dim: formula(q) * q ** (dim - 1), a, a + 1)[0] for a in (0, 1))
         assert CONSTANT[dim] * whole == pytest.approx(1.0, abs=1e-12)
 
 

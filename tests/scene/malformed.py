@@ -13,7 +13,7 @@ MALFORMED: list[tuple[str, Any, str]] = [
     ("duraton", 1, "unknown key 'duraton'; did you mean 'duration'?"),
     ("numerics.spacng", 1, "unknown key 'spacng' in numerics; did you mean 'spacing'?"),
     (MATERIAL + "youngs", 1, "unknown key 'youngs' in shells[0].material; did you mean 'young'?"),
-    ("frame", 3, "did you mean 'frames'?"),
+    ("output.frame", 3, "did you mean 'frames'?"),
     ("shells.0.surface", {"kind": "plate", "lenght": 1, "width": 1}, "did you mean 'length'?"),
     ("numerics.formulation", {"kind": "galerkin", "suport": 1.2}, "did you mean 'support'?"),
     ("duration", DELETE, "duration is missing"),

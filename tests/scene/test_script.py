@@ -21,7 +21,8 @@ SCENES = sorted((Path(__file__).parents[2] / "scenes").glob("*.py"))
 HEADER = """
 from typing import Literal
 from taichi_sph.scene import *
-def scene(quality: Quality = "draft", size: Length = "40 mm", n: int = 3, on: bool = True, cells: Literal["quad", "triangle"] = "quad", word: str = "x"):
+def scene(quality: Quality = "draft", size: Length = "40 mm", n: int = 3, on: bool = True, cells: Literal["quad", "triangle"] = "quad",
+          word: str = "x"):
     return Scene(name="made", title=f"{size} {n} {on} {word}", source="", duration="20 us", numerics=Numerics(spacing="2 mm", cells=cells),
         shells=[Shell(name="p", surface=Plate(length=size, width=size), thickness="1 mm",
             material=Material(name="m", young="1 GPa", poisson=0.3, density=1000))])

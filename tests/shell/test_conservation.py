@@ -33,7 +33,7 @@ def case(request):
         step = 1e-4 * D
         w = [stored(sim, u + k * step * d) for k in (-2, -1, 1, 2)]
         slopes.append(((w[0] - 8 * w[1] + 8 * w[2] - w[3]) / (12 * step), -float(np.sum(f * d))))
-    return SimpleNamespace(f=f, x=plane(sim) + u, slopes=slopes, residual=sim.shell.internal.stored(sim.ledger.reducer))
+    return SimpleNamespace(f=f, x=plane(sim) + u, slopes=slopes, residual=sim.shell.internal.stored(sim.shell.reducer))
 
 
 def test_forces_sum_to_zero(case):

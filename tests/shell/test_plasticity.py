@@ -132,7 +132,7 @@ def test_the_rate_is_the_mean_of_two_steps():
     law = JohnsonCook(A=A, B=0, n=1, C=0.1, rate0=1.0)
     points = Points(1, steel(law))
     e = 0.0
-    for k in range(200):
+    for _ in range(200):
         e += 1e-3
         points.go(plane(e, -0.5 * e)[None], 1e-6)
     slow = points.get("limit")[0]

@@ -130,7 +130,7 @@ def test_a_dynamic_pressure_closes_the_balance():
             motions=held("shell", 0.125, *edges),
             pressures=[SurfacePressure(shell="shell", value=1e5)],
             safety=0.3,
-        )  # fmt: skip
+        )
     )
     sim.advance_to(4e-3)
     energies = sim.energies()
@@ -163,7 +163,7 @@ def test_an_end_moment_bends_a_strip_to_an_arc():
             duration=1.0,
             static=Static(increments=2, residual=1e-5),
             numerics=Numerics(spacing=1 / n),
-        )  # fmt: skip
+        )
     )
     sim.advance(2)
     X, u = sim.shell.mesh.points, of_nodes(sim, "u")
@@ -321,7 +321,7 @@ def test_compression_beyond_buckling():
             duration=0.025,
             motions=ends,
             forces=[NodalForce(shell="shell", where=Box(lo=(0.4, None, None), hi=(0.6, None, None)), total=(0, 0, 100.0))],
-        )  # fmt: skip
+        )
     )
     sim.advance_to(0.025)
     x = sim.shell.mesh.points + of_nodes(sim, "u")

@@ -26,20 +26,20 @@ from taichi_sph.scene import (
 from ..plates import SIDE, plate_scene, start, tearing
 
 PACKAGE = Path(__file__).parents[2] / "taichi_sph"
-PARTS = ("numerics", "model", "laws", "forces", "contact", "solver")
 ELSEWHERE = {"numerics.triad"}  # the benchmark's own
 
 
 def kernels() -> set[str]:
     """module.function of everything decorated with ti.kernel."""
     found = set()
-    for part in PARTS:
-        for path in (PACKAGE / part).glob("*.py"):
-            if f"{part}.{path.stem}" in ELSEWHERE:
-                continue
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                if isinstance(node, ast.FunctionDef) and any(ast.unparse(d) == "ti.kernel" for d in node.decorator_list):
-                    found.add(f"{part}.{path.stem}.{node.name}")
+    for path in PACKAGE.rglob("*.py"):
+        module = ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
+        if module in ELSEWHERE:
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef) and any(ast.unparse(d) == "ti.kernel" for d in node.decorator_list):
+                found.add(f"{module}.{node.name}")
+    assert len(found) > 50
     return found
 
 

@@ -93,7 +93,7 @@ def test_a_bar_drawn_and_pressed(motion, speed, strain):
     thickness = sim.frame().bodies[0].cell_data["thickness"]
     assert thickness.mean() == pytest.approx(1e-3 / np.sqrt(1 + strain), rel=0.01)
     energies = sim.energies()
-    held = sim.shell.internal.stored(sim.ledger.reducer) / energies["elastic"]
+    held = sim.shell.internal.stored(sim.shell.reducer) / energies["elastic"]
     print(energies, "in residuals", held)
     assert abs(energies["closed_residual_percent"]) < 0.01
     assert energies["plastic"] == pytest.approx(10e-3 * 4e-3 * 1e-3 * (A * lam + H * lam**2 / 2), rel=0.01)
@@ -171,7 +171,7 @@ def test_probing_sees_the_elastic_operator_and_changes_nothing():
     sim.advance(60)
     assert cells(sim, "plastic").max() > 1e-3
     before = sim.state()
-    frequency, _ = largest_frequency(sim)
+    frequency, _ = largest_frequency(sim.shell)
     assert frequency == pytest.approx(fresh, rel=1e-6)
     assert same_state(sim.state(), before) == []
 
@@ -247,19 +247,19 @@ def test_a_rupture_keeps_the_stress_of_its_neighbours():
     assert cells(sim, "plastic").max() > 0.005
     names = ("stress", "plastic", "dissipated", "flow", "delayed")
     before, strain = {name: cells(sim, name) for name in names}, cells(sim, "strain")
-    stored, held = sim.ledger.stored(), sim.shell.internal.stored(sim.ledger.reducer)
+    stored, held = sim.shell.stored(), sim.shell.internal.stored(sim.shell.reducer)
     runtime.put(sim.shell.cells.broken, np.isin(np.arange(sim.shell.cells.n), [44, 45]).astype(np.int32))
-    own = stored - sim.ledger.stored()
+    own = stored - sim.shell.stored()
     sim.shell.cells.broken.fill(0)
     sim.shell.rupture.cut(np.array([44, 45], np.int32))
     for name in names:
         assert np.array_equal(cells(sim, name), before[name]), name
     assert np.abs(cells(sim, "strain") - strain).max() > 0
-    print("residuals:", held, sim.shell.internal.stored(sim.ledger.reducer), "released:", stored - sim.ledger.stored(), "of", stored)
+    print("residuals:", held, sim.shell.internal.stored(sim.shell.reducer), "released:", stored - sim.shell.stored(), "of", stored)
     # what is gone is what the broken cells stored, and a part of what the residuals held
-    lost = held - sim.shell.internal.stored(sim.ledger.reducer)
+    lost = held - sim.shell.internal.stored(sim.shell.reducer)
     assert 0 <= lost < held
-    assert stored - sim.ledger.stored() == pytest.approx(own + lost, rel=1e-9)
+    assert stored - sim.shell.stored() == pytest.approx(own + lost, rel=1e-9)
     # two more break in the midst of a step: what they release is booked, and their neighbours take the load
     sim.advance(1)
     off = [_off(sim.energies())]
@@ -308,7 +308,7 @@ def test_the_residual_yields_with_its_cells():
         energies = sim.energies()
         assert abs(energies["closed_residual_percent"]) < 0.01
         u = runtime.get(sim.shell.nodes.u, sim.shell.nodes.n)
-        found[name] = sim.shell.internal.stored(sim.ledger.reducer), np.abs(u[:, 2]).max(), energies["elastic"]
+        found[name] = sim.shell.internal.stored(sim.shell.reducer), np.abs(u[:, 2]).max(), energies["elastic"]
     print(found)
     assert found["yields"][0] < 0.5 * found["elastic"][0]
     assert found["yields"][1] == pytest.approx(found["elastic"][1], rel=5e-3)

@@ -1,4 +1,5 @@
-"""The spectrum of a free plate in its plane, and of a curved patch that bends, beside the finite elements' on the same nodes: no soft spurious modes (galerkin)."""
+"""The spectrum of a free plate in its plane, and of a curved patch that bends, beside the finite elements' on the same nodes: no soft
+spurious modes (galerkin)."""
 
 import numpy as np
 import pytest

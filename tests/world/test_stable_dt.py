@@ -39,7 +39,7 @@ def test_never_above_and_at_most_a_tenth_below(cells, irregularity, poisson, pre
     sim = start(plate_scene(cells=cells, irregularity=irregularity, precision=precision, material={"poisson": poisson}, safety=1.0))
     if precision == "f64":
         root = np.repeat(mass(sim), 2) ** -0.5
-        K = stiffness(sim)
+        K = stiffness(sim.shell)
         assert np.abs(K - K.T).max() < 1e-6 * np.abs(K).max()
         exact = np.sqrt(np.linalg.eigvalsh(root[:, None] * 0.5 * (K + K.T) * root)[-1])
         assert exact * (1 - 1e-6) < sim.shell.stable.frequency < 1.01 * exact

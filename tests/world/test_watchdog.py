@@ -30,7 +30,7 @@ def test_not_a_number(sim):
     put(sim, "v", v)
     put(sim, "u", np.zeros_like(v))
     with pytest.raises(RunStopped, match=r"node \d+ at \(.*\) mm moves at"):
-        sim.watchdog.look(sim.energies())
+        sim.look()
 
 
 def test_faster_than_sound(sim):
@@ -39,5 +39,5 @@ def test_faster_than_sound(sim):
     put(sim, "v", v)
     place = ", ".join(f"{1e3 * x:.4g}" for x in sim.shell.mesh.points[23])
     with pytest.raises(RunStopped) as stopped:
-        sim.watchdog.look({"closed_residual_percent": 0.0})
+        sim.look()
     assert "node 23" in str(stopped.value) and f"({place}) mm" in str(stopped.value) and "sound speed" in str(stopped.value)

@@ -2,8 +2,9 @@
 
 In a shell the lattice is centred on its axis and starts at the distance that CONTACT says, and e/2, above its bottom; its layers fit the
 level. It keeps the points that lie inside (a ray along the axis crosses the surface an odd number of times above them) and not more than
-D/2 nearer to it than that, and moves those that are nearer away from the wall to it. So a round wall leaves as much of its lattice out as in: the
-water is neither packed nor loose, and keeps its level when it settles. mass = rho_0 volume / N, and D_0 = (volume / N)^(1/3), with the volume the true one.
+D/2 nearer to it than that, and moves those that are nearer away from the wall to it. So a round wall leaves as much of its lattice out
+as in: the water is neither packed nor loose, and keeps its level when it settles. mass = rho_0 volume / N, and D_0 = (volume /
+N)^(1/3), with the volume the true one.
 """
 
 from __future__ import annotations

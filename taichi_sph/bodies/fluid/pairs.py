@@ -60,8 +60,8 @@ class FluidPairs:
         w, d = self.water, self.p.spacing
         h = w.support * d
         diffusion = 2.0 * w.delta * h / (w.density * w.sound)
-        _act(self, self.near.near, self.p.n, self.near.width, self.gravity, self.origin, dt_before, dt, w.stiffness, w.gamma, w.least, w.density, d, 0.5 / h,
-             w.alpha * w.density * w.sound * h, w.beta * w.density * h * h, 0.01 * h * h, diffusion)  # fmt: skip
+        _act(self, self.near.near, self.p.n, self.near.width, self.gravity, self.origin, dt_before, dt, w.stiffness, w.gamma, w.least,
+             w.density, d, 0.5 / h, w.alpha * w.density * w.sound * h, w.beta * w.density * h * h, 0.01 * h * h, diffusion)  # fmt: skip
         if self.wets:
             self.wet.bear(0.5 / h, times)
 
@@ -192,7 +192,7 @@ def _act(
             found, count = t.walls.near(t.p.x[i], 1.0 / inverse_0, RIM * spacing)
         f, div, spread, power = x * 0.0, D * 0.0, D * 0.0, D * 0.0
         # what the images of its neighbours in walls do to i is what they themselves do to its image: image 0 is i itself
-        for image in range(0, 1 << count):
+        for image in range(1 << count):
             y, w, side, whole = x, v, own, True
             if ti.static(t.walls.n > 0):
                 if not t.walls.shows(found, image, t.p.x[i], 1.0 / inverse_0):

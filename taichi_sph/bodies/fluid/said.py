@@ -66,8 +66,9 @@ class Fluid(Frozen):
     """A body of fluid particles. `spacing` None: that of the numerics. `support` h / D (T 1.27), `alpha` and `beta` the
     artificial viscosity (T 1.24), `delta` the diffusion of density (docs/method.md). `hydrostatic`: at rest under the
     gravity of the scene from the start, the highest particle without pressure. `contact` with shells and rigid bodies:
-    None by its pressure, with pinballs behind it (couplings/wetted/wetted.py), or by pinballs alone (T 3.3), whose plastic blows take energy.
-    `every`: steps of the shell between two of the fluid, whose pressure it then feels as one blow of so many (docs/method.md); None: 1."""
+    None by its pressure, with pinballs behind it (couplings/wetted/wetted.py), or by pinballs alone (T 3.3), whose plastic blows take
+    energy. `every`: steps of the shell between two of the fluid, whose pressure it then feels as one blow of so many (docs/method.md);
+    None: 1."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]
     fill: Annotated[FluidBox | ShellFill, Field(discriminator="kind")]

@@ -43,7 +43,7 @@ class RigidGroup(Rest):
         move(self.rigids, self.rigids.n, now.dt_before, now.dt, self.times)
 
     def alone(self) -> float:
-        """The step of rigid bodies that nothing else rules: so short that no point moves by more than a twentieth of the smallest pinball [s]."""
+        """The step [s] of rigid bodies that nothing else rules: no point moves by more than a twentieth of the smallest pinball."""
         radius = min(p.radius for body in self.scene.rigids for p in body.pinballs)
         gravity = np.linalg.norm(self.scene.gravity or (0.0, 0.0, 0.0))
         speed = 0.0

@@ -19,7 +19,8 @@ What the cells cannot see is held by one residual per node, against its own orde
 and the same for d with the bending stiffness. c_i is what the fit leaves of the reference surface itself (along
 N_i; zero where flat): it turns with the director, so a rigid motion feels nothing. Of the directors it may leave a
 part t_i across N_i as well, near a corner between two walls; that one is written as a sum of nodes, t_i = sum_j b_ij
-X_j, and turns with them: - sum_j b_ij u_j. Quadratic fields feel nothing either. Edges and residuals are rows of one sparse operator: the step gathers twice and never scatters.
+X_j, and turns with them: - sum_j b_ij u_j. Quadratic fields feel nothing either. Edges and residuals are rows of one sparse operator:
+the step gathers twice and never scatters.
 
 Around a metal the residual yields too: with q^2 = 2 x energy, force and energy are those of q = |r|_k - rho, 0 <= q <= q_y,
 where the slip rho grows while q stays at q_y = sqrt(k_t) D sigma_y (1 - nu^2) / E, the pull of a residual of one yield

@@ -176,8 +176,9 @@ class MaterialPool:
             rupture = rupture_strain(material, width, thickness)
             if rupture <= material.damage.threshold:
                 raise SceneError(
-                    f"material '{material.name}': a cell of {1e3 * width:.3g} mm in a sheet of {1e3 * thickness:.3g} mm breaks at a mean strain of"
-                    f" {rupture:.3g}, before its damage starts at {material.damage.threshold:g}; lower the spacing, or set damage.necks to false"
+                    f"material '{material.name}': a cell of {1e3 * width:.3g} mm in a sheet of {1e3 * thickness:.3g} mm breaks"
+                    f" at a mean strain of {rupture:.3g}, before its damage starts at {material.damage.threshold:g}; lower the spacing,"
+                    " or set damage.necks to false"
                 )
             values |= {"eps_d": material.damage.threshold, "eps_r": rupture, "D_c": material.damage.critical}
         if self.delays:

@@ -108,7 +108,8 @@ def resultants(cells: ti.template(), material: ti.template(), s, u1, u2, d1, d2,
 
     Advances damage over dt. intact = 1 leaves damage out (for the spectrum); a cell that reaches D_c is put on
     the list `new`. tally = 0 renews strain and damage without charging the ledger (after a rupture has changed
-    the links). Where there is history a mere look, dt = 0, writes none of it. A shell that stays in its plane ignores d1, d2, d and returns zeros for m and q.
+    the links). Where there is history a mere look, dt = 0, writes none of it. A shell that stays in its plane ignores d1, d2, d and
+    returns zeros for m and q.
     """
     a1, a2 = cells.a1[s], cells.a2[s]
     x1, x2 = a1 + u1, a2 + u2

@@ -27,12 +27,13 @@ mid-surface, and fades out over the last D/10 before its plane, so that water in
 bodies carry points on the outside of their pinballs. Where a shell lies between water and a body (a striker that still
 pushes its plug) the body's share is what w of the shell leaves of it.
 
-Water on the other side of a wall is not seen through it: a pair whose normals oppose each other (n_i.n_j < -1/2) and that lies across the wall
-(x_ij.(n_i - n_j) > 0) counts
+Water on the other side of a wall is not seen through it: a pair whose normals oppose each other (n_i.n_j < -1/2) and that lies across
+the wall (x_ij.(n_i - n_j) > 0) counts
 
     1 - (c_i + c_j) / 2,     c = |w| over that of an even wall without end at the mean distance of the points (at most 1)
 
-so that towards a rim or a hole, where both see each other past the edge, it fades in as w fades out: linear, as w is in what is there of a wall.
+so that towards a rim or a hole, where both see each other past the edge, it fades in as w fades out: linear, as w is in what is there
+of a wall.
 
 Rigid planes show a particle images of the surfaces as well as of its neighbours.
 
@@ -119,7 +120,8 @@ class Wetted:
             runtime.put(self.facing, facing)
             runtime.put(self.owner, owner)
             runtime.put(self.first, np.searchsorted(owner, np.arange(len(what.bodies) + 1)).astype(np.int32))
-        # kg/m2 of the lightest wet body that is free to move, a rigid one wet on a third of its surface: the projection of a ball on a plane
+        # kg/m2 of the lightest wet body that is free to move, a rigid one wet on a third of its surface: the projection of a ball on a
+        # plane
         weights = [np.inf]
         if self.has_shell:
             free = ~what.held
@@ -141,8 +143,8 @@ class Wetted:
         _face(self, self.point, self.p.n, inverse)
 
     def follow(self, renumbered: bool, since: float = 0.0) -> bool:
-        """Points where their bodies are now, and lists that still hold; True when they are new. renumbered: the particles stand in another order; since [s]: the
-        points' velocities are the means over that time, 0 for those of their bodies now."""
+        """Points where their bodies are now, and lists that still hold; True when they are new. renumbered: the particles stand in
+        another order; since [s]: the points' velocities are the means over that time, 0 for those of their bodies now."""
         _lay(self, self.ns, self.nb, since)
         worn = renumbered or _travelled(self, self.p.n, self.n) > self.skin
         if worn:
@@ -398,7 +400,7 @@ def _face(t: ti.template(), point: ti.template(), n: ti.i32, inverse_0: float):
             closing, closing_body, sizes, heights = D * 0.0, D * 0.0, D * 0.0, D * 0.0
             inverse = inverse_0 * t.spacing / D
             found, count = t.images(i, inverse)
-            for image in range(0, 1 << count):
+            for image in range(1 << count):
                 seen, moving = t.seen(found, image, x), t.reflected(found, image, v)
                 whole = t.whole(found, image, i)
                 for e in range(t.start[i], t.start[i + 1]):
@@ -440,7 +442,7 @@ def _gather(t: ti.template(), particle: ti.template(), points: ti.i32, inverse_0
             x = ti.Vector([t.p.pair[i][0], t.p.pair[i][1], t.p.pair[i][2]])
             inverse = inverse_0 * t.spacing / D
             found, count = t.images(i, inverse)
-            for image in range(0, 1 << count):
+            for image in range(1 << count):
                 w = t.whole(found, image, i) * t.facet(k, t.seen(found, image, x), D, inverse)
                 if k >= t.ns:
                     w *= t.share[i]

@@ -247,8 +247,8 @@ def through_cracks(p: Pattern, span: float = 0.4) -> list[float]:
     found = [[float(p.across[g].mean()) for g in p.crossings(s, cells)] for s in stations]
     if not found:
         return []
-    number = sorted(len(f) for f in found)[len(found) // 2]
-    return next(f for f in found if len(f) == number)
+    agreed = sorted(len(f) for f in found)[len(found) // 2]
+    return next(f for f in found if len(f) == agreed)
 
 
 def crack_count(run: RunFolder, scene: Scene, *, body: str | None = None, cut: int = 0, span: float = 0.4) -> float:

@@ -95,8 +95,8 @@ def front(run: RunFolder, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
 
 
 def surge_delay(run: RunFolder, scene: Scene, *, width: float, start: float = 0.0, end: float = math.inf) -> float | None:
-    """By how much later than ours the front of Martin and Moyce 1952 stands at the same place, in T: mean over their points from T = `start`
-    to `end`, None where our front reaches none of them; width [m] of the column."""
+    """By how much later than ours the front of Martin and Moyce 1952 stands at the same place, in T: mean over their points from T =
+    `start` to `end`, None where our front reaches none of them; width [m] of the column."""
     t, x = front(run, scene)
     T = t * math.sqrt(2 * weight(scene)[0] / width)
     theirs, Z = MARTIN_MOYCE.T

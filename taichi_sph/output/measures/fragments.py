@@ -236,7 +236,7 @@ class Cracks:
     graph: coo_array
     spacing: float
 
-    def longest(self, number: int) -> float:
+    def longest(self, number: int | np.integer) -> float:
         """The longest shortest path through a linked set, plus one spacing [m]: two sweeps, exact for a tree."""
         mine = np.flatnonzero(self.label == number)
         graph = self.graph.tocsr()[mine][:, mine]

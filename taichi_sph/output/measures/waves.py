@@ -73,7 +73,8 @@ def history_mean(run: RunFolder, scene: Scene, *, history: str, column: str, sta
 
 
 def history_period(run: RunFolder, scene: Scene, *, history: str, column: str, start: float = 0.0, end: float = math.inf) -> float | None:
-    """Mean period [s] of a column's swings about its mean between `start` and `end` [s], by its upward crossings; None with fewer than two."""
+    """Mean period [s] of a column's swings about its mean between `start` and `end` [s], by its upward crossings; None with fewer than
+    two."""
     found = run.history(history)
     inside = (found.time >= start) & (found.time <= end)
     t, y = found.time[inside], found[column][inside]
