@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..scene.schema import Numerics, Scene, Shell
+from ..scene import Numerics, Scene, Shell
 from ..scene.surfaces import CappedTank, Cylinder, Disc, Generated, MeshFile, Plate, Roof, SpherePatch
 from .mesh import SurfaceMesh, delaunay, plate
 from .meshfile import read_mesh
@@ -256,5 +256,5 @@ def _moved(mesh: SurfaceMesh, by: tuple[float, float, float]) -> SurfaceMesh:
 def mesh_of(shell: Shell, scene: Scene) -> SurfaceMesh:
     """The mid-surface of a shell, generated or read."""
     if not isinstance(shell.surface, MeshFile):
-        return generate(shell.surface, scene.numerics)
+        return generate(shell.surface, scene.numerics_of(shell))
     return read_mesh(shell.surface.path, shell.surface.scale, plane=shell.motion == "in_plane")

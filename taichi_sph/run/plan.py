@@ -19,7 +19,7 @@ from ..geometry.mesh import SurfaceMesh
 from ..geometry.normals import report
 from ..geometry.regions import inside
 from ..geometry.surfaces import mesh_of
-from ..scene.schema import Numerics, Scene, Shell
+from ..scene import Numerics, Scene, Shell
 from ..scene.surfaces import MeshFile, Plate
 from ..scene.units import show
 
@@ -188,17 +188,17 @@ def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
     held: dict[str, list[tuple[int, np.ndarray]]] = {}
     for key in ("forces", "moments", "motions", "initial"):
         for number, load in enumerate(getattr(scene, key)):
-            points = meshes[load.shell].points
+            points = meshes[load.body].points
             caught = inside(load.where, points)
             if not caught.any():
                 low, high = points.min(axis=0), points.max(axis=0)
                 reach = ", ".join(f"{a} {show(lo, 'm')} to {show(hi, 'm')}" for a, lo, hi in zip("xyz", low, high))
                 raise SceneError(
-                    f"{key}[{number}].where catches no node of shell '{load.shell}', which reaches over {reach} with "
-                    f"nodes {show(meshes[load.shell].spacing, 'm')} apart"
+                    f"{key}[{number}].where catches no node of shell '{load.body}', which reaches over {reach} with "
+                    f"nodes {show(meshes[load.body].spacing, 'm')} apart"
                 )
             if key == "motions":
-                held.setdefault(load.shell, []).append((number, caught))
+                held.setdefault(load.body, []).append((number, caught))
     for index, shell in enumerate(scene.shells):
         for number, region in enumerate(shell.sound):
             if not inside(region, meshes[shell.name].centres).any():

@@ -33,8 +33,7 @@ from ..output import files
 from ..output.lock import locked
 from ..run import session as running
 from ..run.progress import Progress, bytes_text
-from ..scene import Scene, Study
-from ..scene.schema import MeshFile
+from ..scene import MeshFile, Scene, Study
 from ..scene.script import load_scene, parameters_of
 from ..scene.units import show
 from . import sweep

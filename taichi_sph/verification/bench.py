@@ -17,8 +17,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from ..scene import Plate, Scene
 from ..scene.library import material
-from ..scene.schema import Plate, Scene
 
 SIZES = (10_000, 31_600, 100_000, 316_000, 1_000_000)
 SECONDS = 3.0  # of stepping per size

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ..geometry.mesh import SurfaceMesh
-from ..scene.schema import Plate, Scene
+from ..scene import Plate, Scene
 from ..scene.surfaces import Cylinder
 from .elements import element_stiffness, shell_stiffness
 

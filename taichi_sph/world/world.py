@@ -16,7 +16,7 @@ from ..couplings.contact import coupling as contacts
 from ..errors import SceneError
 from ..frame import Frame
 from ..observers.leak import LeakGauge
-from ..scene.schema import Scene
+from ..scene import Scene
 from . import watchdog
 from .instead.limit import LimitSearch
 from .instead.modes import ModeSearch
