@@ -116,7 +116,8 @@ def save(
     path = folder / f"step_{step:09d}{SUFFIX}"
     with files.whole(path, "wb") as file:
         digest = hashlib.sha256()
-        for part in (MAGIC, json.dumps(header).encode() + b"\n", *map(_bytes, arrays.values())):
+        parts: list[bytes | memoryview] = [MAGIC, json.dumps(header).encode() + b"\n", *map(_bytes, arrays.values())]
+        for part in parts:
             digest.update(part)
             file.write(part)
         file.write(digest.digest())
