@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ... import runtime
 from ...errors import RunStopped
 from ...frame import NO_CELLS, BodyFrame
-from ...pool import Pool, restore_all, state_of
+from ...pool import Pool
 from ...scene.schema import Scene
-from ..body import Entries, Now, Rest, Span
-from .port import RigidSurface
+from ..body import Entries, Group, Now, Rest, Span
 from .pool import RigidBodies, move, rest, spins
+from .port import RigidSurface
 
 
-def groups(scene: Scene) -> list[RigidGroup]:
+def groups(scene: Scene, others: Sequence[Group] = ()) -> list[RigidGroup]:
     """All rigid bodies of the scene are one group."""
     return [RigidGroup(scene)] if scene.rigids else []
 
@@ -98,9 +100,3 @@ class RigidGroup(Rest):
 
     def pools(self) -> list[Pool]:
         return [self.rigids]
-
-    def state(self) -> dict[str, np.ndarray]:
-        return state_of(self.pools())
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        restore_all(self.pools(), state)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...bodies.body import Entries, Now, common_schedule
 from ...bodies.surface import Surface
-from ...pool import Pool, restore_all, state_of
+from ...pool import Pool
 from ..coupling import Coupling
 from ..ports import Port
 from .multipliers import Contact
@@ -68,9 +68,3 @@ class ContactCoupling(Coupling):
 
     def pools(self) -> list[Pool]:
         return self.contact.pools()
-
-    def state(self) -> dict[str, np.ndarray]:
-        return state_of(self.pools())
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        restore_all(self.pools(), state)
