@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..scene.schema import Ball, Box, Outside, Region
+from ..scene.regions import Ball, Box, Outside, Region
 
 
 def inside(region: Region, points: np.ndarray) -> np.ndarray:

@@ -8,14 +8,15 @@ surface. Charts keep angles (unrolled wall, stereographic cap): Delaunay's trian
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
+from weakref import WeakValueDictionary
 
 import numpy as np
 
 from ..errors import SceneError
+from ..scene import Numerics, Scene, Shell
 from ..scene.plausible import MAX_NODES
-from ..scene.schema import Numerics, Scene, Shell
 from ..scene.surfaces import CappedTank, Cylinder, Disc, Generated, MeshFile, Plate, Roof, SpherePatch
 from ..scene.units import show
 from .mesh import SurfaceMesh, delaunay, plate
@@ -296,16 +297,41 @@ def count(surface: Generated, numerics: Numerics) -> int:
     return int(min(nodes, COUNTED))
 
 
+_MADE: WeakValueDictionary[Hashable, SurfaceMesh] = WeakValueDictionary()
+
+
+def mesh_key(shell: Shell, scene: Scene) -> Hashable:
+    """What the mesh of a shell follows from."""
+    surface = shell.surface
+    if isinstance(surface, MeshFile):
+        written = surface.path.stat().st_mtime_ns if surface.path.is_file() else 0
+        return surface, written, shell.motion == "in_plane", scene.numerics_of(shell).spacing
+    n = scene.numerics_of(shell)
+    return surface, n.spacing, n.cells, n.irregularity, n.seed
+
+
 def mesh_of(shell: Shell, scene: Scene) -> SurfaceMesh:
-    """The mid-surface of a shell, generated or read; refused by its count where it is too large."""
+    """The mid-surface of a shell, generated or read; refused by its count where it is too large.
+
+    As long as somebody holds a mesh (the plan of a run does), the mesh is not made again.
+    """
+    key = mesh_key(shell, scene)
+    mesh = _MADE.get(key)
+    if mesh is None:
+        mesh = _MADE[key] = _mesh_of(shell, scene)
+    return mesh
+
+
+def _mesh_of(shell: Shell, scene: Scene) -> SurfaceMesh:
+    numerics = scene.numerics_of(shell)
     if not isinstance(shell.surface, MeshFile):
-        nodes = count(shell.surface, scene.numerics)
+        nodes = count(shell.surface, numerics)
         if nodes > MAX_NODES:
             raise SceneError(
-                f"numerics.spacing {show(scene.numerics.spacing, 'm')} gives shell '{shell.name}' {nodes:.2g} nodes; at most "
+                f"numerics.spacing {show(numerics.spacing, 'm')} gives shell '{shell.name}' {nodes:.2g} nodes; at most "
                 f"{MAX_NODES / 1e6:g} million are allowed"
             )
-        return generate(shell.surface, scene.numerics)
+        return generate(shell.surface, numerics)
     file = shell.surface
     return read_mesh(
         file.path,
@@ -313,6 +339,6 @@ def mesh_of(shell: Shell, scene: Scene) -> SurfaceMesh:
         plane=shell.motion == "in_plane",
         part=file.part,
         merge=file.merge,
-        spacing=scene.numerics.spacing,
+        spacing=numerics.spacing,
         time_limit=file.time_limit,
     )

@@ -5,6 +5,8 @@ extent of the points does not matter. A query looks at 27 cubes; because two cub
 the table, a point counts only when it truly lies in the cube asked for, which also excludes doubles.
 """
 
+from typing import Any
+
 from .. import runtime
 from ..runtime import ti
 
@@ -13,7 +15,7 @@ from ..runtime import ti
 class CellGrid:
     """Points (field of 3-vectors), their number, and the largest distance that will be asked for [m]."""
 
-    def __init__(self, name: str, points, n: int, reach: float):
+    def __init__(self, name: str, points: Any, n: int, reach: float):
         self.points = points
         self.n = n
         self.reach = reach

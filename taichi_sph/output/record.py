@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..scene import Scene, Study
+from ..scene.schema import LOADS
 from .checkpoint import state_hash
 from .folder import write_json
 
@@ -29,6 +30,8 @@ def scene_hash(scene: Scene | Study) -> str:
         data: Any = {name: scene_hash(case) for name, case in scene.cases.items()}
     else:
         data = _said(scene.model_dump(mode="json", exclude=set(SHOWN_ONLY)))
+        for load in (load for key in LOADS for load in data.get(key, ())):
+            load["shell"] = load.pop("body")  # what loads called their body before there were several: old hashes stay
     return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
 
 

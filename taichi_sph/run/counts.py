@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-
 from ..bodies.fluid.count import count as particles
 from ..errors import SceneError
 from ..geometry.mesh import SurfaceMesh
@@ -59,11 +57,3 @@ def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceM
 def _few(found: int, what: str) -> None:
     if found > MAX_NODES:
         raise SceneError(f"{what}; at most {MAX_NODES / 1e6:g} million are allowed")
-
-
-def main_memory() -> int | None:
-    """Bytes of main memory, None where the system does not say."""
-    try:
-        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    except (AttributeError, ValueError, OSError):
-        return None

@@ -9,20 +9,27 @@ from importlib import import_module
 from typing import Any
 
 _WHERE = {
+    "base": ("Body", "Quality"),
     "check": ("checked", "sentence"),
+    "histories": ("Ramp", "Step"),
+    "instead": ("Modes", "Static", "StepLimit"),
+    "kept": ("Output", "Probe", "Quantity"),
+    "kinds": ("Kind",),
     "library": ("ductile", "material", "materials"),
+    "loads": ("InitialVelocity", "NodalForce", "NodalMoment", "PrescribedVelocity", "Pulse", "SurfacePressure"),
     "materials": ("Delay", "JohnsonCook", "LemaitreChaboche", "Material", "Mazars", "Perfect", "Power", "Table"),
-    "schema": (
-        "Ball", "Box", "Collocation", "Cut", "Galerkin", "InitialVelocity", "Modes", "NodalForce", "NodalMoment", "Numerics", "Output",
-        "Outside", "PrescribedVelocity", "Probe", "Pulse", "Quality", "Quantity", "Ramp", "Scene", "Shell", "Static", "Step", "StepLimit",
-        "SurfacePressure", "Viscosity",
-    ),
+    "numerics": ("Numerics",),
+    "regions": ("Ball", "Box", "Outside"),
+    "schema": ("Scene",),
     "script": ("derive", "dump", "load", "load_scene", "parameters_of"),
     "study": ("Convergence", "Study"),
     "surfaces": ("CappedTank", "Cylinder", "Disc", "MeshFile", "Plate", "Roof", "SpherePatch"),
     "units": ("Angle", "Density", "Dimensionless", "Force", "Length", "Pressure", "Speed", "Spin", "Time", "to_si"),
     "..bodies.fluid.said": ("Acoustic", "Fluid", "FluidBox", "Hole", "ShellFill", "Tait", "Wall", "Water"),
-    "..bodies.rigid.said": ("Pinball", "PinballContact", "Rigid"),
+    "..bodies.rigid.said": ("Pinball", "Rigid"),
+    "..bodies.shell_sph.said": ("Collocation", "Cut", "Galerkin", "Shell", "Viscosity"),
+    "..couplings.contact.said": ("Meeting", "PinballContact"),
+    "..couplings.springs.said": ("Spring",),
 }  # fmt: skip
 _HOME = {name: module for module, names in _WHERE.items() for name in names}
 __all__ = sorted(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]

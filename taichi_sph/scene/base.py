@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from .units import Length
 
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]  # names become file names
+Quality = Literal["draft", "standard", "paper"]
 Point = tuple[Length, Length, Length]
 
 
@@ -15,6 +18,28 @@ class Frozen(BaseModel):
     """Base of every scene part: immutable, unknown keys refused, finite numbers only."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True)
+
+
+class Body(Frozen):
+    """What every body has. A kind of body adds its keys, and its checks against the rest of the scene.
+
+    `bears`: the keys of a scene whose entries may name such a body ("forces", "probes", ...). `meets`: whether other bodies can touch it.
+    """
+
+    bears: ClassVar[frozenset[str]] = frozenset()
+    what: ClassVar[str] = "body"  # the kind in words
+    name: Name
+
+    @property
+    def meets(self) -> bool:
+        return True
+
+    def sizes(self) -> tuple[int, float, float]:
+        """Points, mass [kg] and longest step [s] of a body, before it is built: what an estimate takes of a kind that it does not know."""
+        return 1, 0.0, math.inf
+
+    def check(self, scene: Any) -> None:
+        """ValueError with a sentence that starts with the key, where the body does not fit the rest of the scene."""
 
 
 def _kind(value: Any) -> Any:

@@ -1,19 +1,19 @@
 """Checks across the keys of a scene: units that were probably meant otherwise, names, sizes.
 
 Each raises ValueError with a sentence that starts with the key; `schema` calls them once the single
-values are known to be numbers in range.
+values are known to be numbers in range. What a kind of body checks of itself stands in its said.py.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from ..errors import nearest
 from .units import show
 
 if TYPE_CHECKING:
-    from .schema import Material, Plate, Scene, Shell
+    from .materials import Material
+    from .schema import Scene
 
 MAX_NODES = 50_000_000
 MAX_STEPS = 20_000_000
@@ -53,70 +53,34 @@ def material(m: Material) -> None:
             )
 
 
-def plate(shell: Shell) -> None:
-    """Thickness and cuts against the size of a plate."""
-    surface: Plate = shell.surface  # type: ignore[assignment]
-    size = max(surface.length, surface.width)
-    if shell.thickness > size:
-        raise ValueError(
-            f"thickness {show(shell.thickness, 'm')} of shell '{shell.name}' is larger than the plate itself "
-            f"({show(surface.length, 'm')} x {show(surface.width, 'm')})"
-        )
-    low = surface.origin
-    high = (low[0] + surface.length, low[1] + surface.width, low[2])
-    margin = 0.05 * size  # a cut may start a little outside: it is the edge that it must open
-    for number, cut in enumerate(shell.cuts):
-        for end, point in (("start", cut.start), ("end", cut.end)):
-            for axis in range(3):
-                if not low[axis] - margin <= point[axis] <= high[axis] + margin:
-                    raise ValueError(
-                        f"cuts[{number}].{end}: {'xyz'[axis]} = {show(point[axis], 'm')} is outside the plate "
-                        f"'{shell.name}' ({show(low[axis], 'm')} to {show(high[axis], 'm')})"
-                    )
-
-
-def rounded(shell: Shell) -> None:
-    """Thickness against the radius that every other generated surface has."""
-    radius = shell.surface.radius  # type: ignore[union-attr]
-    if shell.thickness > radius:
-        raise ValueError(
-            f"thickness {show(shell.thickness, 'm')} of shell '{shell.name}' is larger than the radius of its "
-            f"{shell.surface.kind} ({show(radius, 'm')})"
-        )
+def names(s: Scene) -> None:
+    """There is a body, and no two have one name."""
+    if not s.bodies:
+        raise ValueError("shells, rigids and fluids are empty: a scene needs at least one body")
+    taken: dict[str, str] = {}
+    for body in (*s.shells, *s.rigids, *s.fluids, *s.others):
+        small = body.name.lower()  # some disks do not tell A from a
+        if small in taken:
+            alike = "" if taken[small] == body.name else f", like '{taken[small]}'"
+            raise ValueError(f"{s.key_of(body)}.name: '{body.name}' is taken{alike}; names of bodies name their files")
+        taken[small] = body.name
 
 
 def scene(s: Scene) -> None:
-    """Names, loads, and the size of the computation."""
-    if not (s.shells or s.rigids or s.fluids):
-        raise ValueError("shells, rigids and fluids are empty: a scene needs at least one body")
-    if len(s.shells) > 1:
-        raise ValueError(f"shells has {len(s.shells)} entries; one body per scene can be computed so far")
-    _rigids(s)
-    _fluids(s)
-    _contact(s)
-    names = [shell.name for shell in s.shells]
-    for key in ("forces", "moments", "pressures", "motions", "initial"):
-        for number, load in enumerate(getattr(s, key)):
-            if load.shell not in names:
-                raise ValueError(f"{key}[{number}].shell: there is no shell '{load.shell}'{nearest(load.shell, names)}")
-            if s.shells[names.index(load.shell)].motion == "in_plane":
-                _stays_in_plane(f"{key}[{number}]", key, load)
-    if s.gravity is not None and s.gravity[2] and any(shell.motion == "in_plane" for shell in s.shells):
-        raise ValueError("gravity: z must be 0, for the shell moves in its plane (motion = 'in_plane')")
-    if s.pressures and s.numerics.formulation.kind != "galerkin":
-        raise ValueError(
-            f"pressures: numerics.formulation '{s.numerics.formulation.kind}' has no surface pressure; use 'galerkin', or forces"
-        )
-    if getattr(s.numerics.formulation, "selective_shear", False) and any(x.material.damage or x.material.strength for x in s.shells):
-        raise ValueError("numerics.formulation.selective_shear knows no damage and no strength of the nodes' shear; leave one of them out")
-    kinds = [key for key in TIMELESS if getattr(s, key) is not None]
-    if len(kinds) > 1:
-        raise ValueError(f"{kinds[0]} and {kinds[1]} are both set: a scene asks for one of them")
+    """What no body checks for itself: what is asked for, probes, quantities, and the size of the computation."""
+    if s.walls and not s.fluids:
+        raise ValueError("walls hold fluids, and the scene has none: leave them out or add a fluid")
+    own = any(shell.self_contact for shell in s.shells)
+    if own:
+        s.in_time("contact moves", "self_contact")
+    if s.numerics.contact is not None and not _touches(s):
+        raise ValueError("numerics.contact: no two bodies of this scene can meet; leave it out")
+    asked = [key for key in TIMELESS if getattr(s, key) is not None]
+    if len(asked) > 1:
+        raise ValueError(f"{asked[0]} and {asked[1]} are both set: a scene asks for one of them")
+    if asked:
+        _timeless(s, asked[0])
     if s.static is not None:
-        if any(shell.material.damage is not None for shell in s.shells):
-            raise ValueError("static: a material with damage needs time to be damaged; leave out static or damage")
-        if any(shell.material.strength is not None for shell in s.shells):
-            raise ValueError("static: a material with strength yields in time; leave out static or strength")
         _still(s, "static", "a prescribed motion cannot move")
     if s.limit is not None:
         for key in ("forces", "moments", "pressures", "gravity"):
@@ -124,95 +88,33 @@ def scene(s: Scene) -> None:
                 raise ValueError(f"limit: {key} would drive the motion whose growth is looked for; leave them out")
         _still(s, "limit", "a prescribed motion would drive the motion whose growth is looked for")
     for number, probe in enumerate(s.output.probes):
-        if probe.shell not in names:
-            raise ValueError(f"output.probes[{number}].shell: there is no shell '{probe.shell}'{nearest(probe.shell, names)}")
         if probe.name in [p.name for p in s.output.probes[:number]]:
             raise ValueError(f"output.probes[{number}].name: '{probe.name}' is taken")
-    asked: list[tuple[str, dict[str, object]]] = []
+    quantities: list[tuple[str, dict[str, object]]] = []
     for quantity in s.quantities:
-        if (quantity.name, quantity.options) in asked:
+        if (quantity.name, quantity.options) in quantities:
             raise ValueError(f"quantities: '{quantity.name}' is asked for twice with the same options")
-        asked.append((quantity.name, dict(quantity.options)))
+        quantities.append((quantity.name, dict(quantity.options)))
     _size(s)
 
 
-def _rigids(s: Scene) -> None:
-    """Rigid bodies beside the rest of the scene."""
-    taken = [shell.name for shell in s.shells]
-    for number, body in enumerate(s.rigids):
-        if body.name in taken:
-            raise ValueError(f"rigids[{number}].name: '{body.name}' is taken; names of bodies name their files")
-        taken.append(body.name)
-    if not s.rigids:
-        return
-    if all(body.held for body in s.rigids) and not s.shells:
-        raise ValueError("rigids: all bodies are held and there is no other one: nothing can move")
-    for shell in s.shells:
-        if shell.motion == "in_plane":
-            raise ValueError(f"rigids: shell '{shell.name}' moves in its plane and cannot be hit; give it motion = 'free'")
-    _in_time(s, "rigid bodies move", "rigids")
+def _touches(s: Scene) -> bool:
+    """Whether there is contact in a scene: two bodies that may meet and are not both fluids, or a rigid body, which may meet what comes."""
+    return bool(s.rigids) or any(s.body(a).what != "fluid" or s.body(b).what != "fluid" for a, b in s.pairs())
 
 
-def _contact(s: Scene) -> None:
-    """Settings of contact in scenes where nothing meets."""
-    own = any(shell.self_contact for shell in s.shells)
-    for number, shell in enumerate(s.shells):
-        if shell.self_contact and shell.motion == "in_plane":
-            raise ValueError(f"shells[{number}].self_contact: shell '{shell.name}' moves in its plane; give it motion = 'free'")
-    if own:
-        _in_time(s, "contact moves", "self_contact")
-    if s.numerics.contact is not None and not (own or s.rigids or (s.fluids and s.shells)):
-        raise ValueError("numerics.contact: no two bodies of this scene can meet; leave it out")
-
-
-def _fluids(s: Scene) -> None:
-    """Fluids beside the rest of the scene."""
-    if not s.fluids:
-        if s.walls:
-            raise ValueError("walls hold fluids, and the scene has none: leave them out or add a fluid")
-        return
-    if len(s.fluids) > 1:
-        raise ValueError(f"fluids has {len(s.fluids)} entries; one fluid per scene can be computed so far")
-    shells = [shell.name for shell in s.shells]
-    for number, fluid in enumerate(s.fluids):
-        if fluid.name in [*shells, *(body.name for body in s.rigids)]:
-            raise ValueError(f"fluids[{number}].name: '{fluid.name}' is taken; names of bodies name their files")
-        inside = getattr(fluid.fill, "shell", None)
-        if inside is not None and inside not in shells:
-            raise ValueError(f"fluids[{number}].fill.shell: there is no shell '{inside}'{nearest(inside, shells)}")
-    for shell in s.shells:
-        if shell.motion == "in_plane":
-            raise ValueError(f"fluids: shell '{shell.name}' moves in its plane and cannot hold a fluid; give it motion = 'free'")
-    if s.fluids[0].every not in (None, 1) and not s.shells:
-        raise ValueError(f"fluids[0].every = {s.fluids[0].every}: steps of a shell, and the scene has none; leave it out")
-    for number, wall in enumerate(s.walls):
-        for other, before in enumerate(s.walls[:number]):
-            cosine = sum(a * b for a, b in zip(wall.normal, before.normal)) / (math.hypot(*wall.normal) * math.hypot(*before.normal))
-            if 1e-6 < abs(cosine) < 1 - 1e-6:
-                raise ValueError(
-                    f"walls[{number}]: neither parallel nor at right angles to walls[{other}], and their images could not"
-                    " meet; turn one of them"
-                )
-            apart = sum((b - a) * n for a, b, n in zip(wall.point, before.point, wall.normal)) / math.hypot(*wall.normal)
-            least = 1.03 * s.fluids[0].support * (s.fluids[0].spacing or s.numerics.spacing)
-            if cosine > 0 and abs(apart) < 2.0 * least:
-                raise ValueError(
-                    f"walls[{number}] and walls[{other}] face the same way {show(abs(apart), 'm')} apart, and a particle would see"
-                    " itself in both: leave one of them out"
-                )
-            if cosine < 0 < apart < least:
-                raise ValueError(
-                    f"walls[{number}] and walls[{other}] face each other {show(apart, 'm')} apart, and images of images, which"
-                    f" begin below {show(least, 'm')}, are not computed: move them apart, or take a finer spacing"
-                )
-    _in_time(s, "a fluid moves", "fluids")
-
-
-def _in_time(s: Scene, what: str, cause: str) -> None:
-    """A scene with something that only moves in time."""
-    for key in TIMELESS:
-        if getattr(s, key) is not None:
-            raise ValueError(f"{key}: {what} in time; leave out {key} or {cause}")
+def _timeless(s: Scene, key: str) -> None:
+    """A scene without time: of shells that do not touch, for modes and limits of a single one."""
+    if key != "static" and len(s.shells) > 1:
+        raise ValueError(f"{key}: the scene has {len(s.shells)} shells, and {key} of several are not possible yet; leave one in")
+    if s.others:
+        raise ValueError(f"{key}: '{s.others[0].name}' moves in time; leave out {key} or it")
+    for a, b in s.pairs():
+        if a != b:
+            raise ValueError(
+                f"{key}: shells '{a}' and '{b}' could meet, and contact moves in time; "
+                f"part them by Meeting(between=('{a}', '{b}'), meet=False)"
+            )
 
 
 def _still(s: Scene, key: str, why: str) -> None:
@@ -224,24 +126,16 @@ def _still(s: Scene, key: str, why: str) -> None:
             raise ValueError(f"{key}: {why} (motions[{number}]); use 0 or leave the component free")
 
 
-def _stays_in_plane(where: str, key: str, load: Any) -> None:
-    """Loads and motions that a shell of motion 'in_plane' cannot feel."""
-    if key in ("moments", "pressures"):
-        raise ValueError(f"{where}: shell '{load.shell}' moves in its plane and does not bend; give it motion = 'free'")
-    across = "total" if key == "forces" else "velocity"
-    if getattr(load, across)[2]:
-        raise ValueError(f"{where}.{across}: z must be 0, for shell '{load.shell}' moves in its plane (motion = 'in_plane')")
-    if any(w is not None for w in getattr(load, "spin", ())):
-        raise ValueError(f"{where}.spin: shell '{load.shell}' has motion = 'in_plane', its directors do not turn")
-
-
 def _size(s: Scene) -> None:
-    spacing, nodes = s.numerics.spacing, 0.0
+    """Nodes and steps by the shells' areas and wave speeds."""
     if not s.shells:
         return
-    fastest = max(math.sqrt(shell.material.young / shell.material.density) for shell in s.shells)
+    nodes, beat, coarsest = 0.0, 0.0, s.numerics.spacing
     for shell in s.shells:
-        surface = shell.surface
+        spacing, surface = s.numerics_of(shell).spacing, shell.surface
+        waves = math.sqrt(shell.material.young / shell.material.density) / spacing
+        if waves > beat:
+            beat, coarsest = waves, spacing
         if surface.kind == "mesh":
             continue
         if spacing > surface.smallest * (1 + 1e-9):
@@ -249,17 +143,17 @@ def _size(s: Scene) -> None:
             raise ValueError(f"numerics.spacing {show(spacing, 'm')} is larger than the body: {surface.kind} '{shell.name}' {why}")
         nodes += surface.area / spacing / spacing
     if nodes > MAX_NODES:
-        raise ValueError(f"numerics.spacing {show(spacing, 'm')} gives {nodes:.2g} nodes; at most {MAX_NODES / 1e6:g} million are allowed")
+        raise ValueError(f"numerics.spacing {show(coarsest, 'm')} gives {nodes:.2g} nodes; at most {MAX_NODES / 1e6:g} million are allowed")
     if s.increments is not None:
         return  # their duration is a pseudo-time
-    steps = s.duration * fastest / (0.5 * spacing)
+    steps = s.duration * beat / 0.5
     if steps > MAX_STEPS:
         raise ValueError(
-            f"duration {show(s.duration, 's')} takes about {steps:.2g} time steps at spacing {show(spacing, 'm')}; "
+            f"duration {show(s.duration, 's')} takes about {steps:.2g} time steps at spacing {show(coarsest, 'm')}; "
             f"at most {MAX_STEPS // 1_000_000} million are allowed (is it in microseconds? write '{s.duration:g} us')"
         )
     if steps < 1.0:
         raise ValueError(
             f"duration {show(s.duration, 's')} is shorter than one time step "
-            f"(about {show(0.5 * spacing / fastest, 's')} at spacing {show(spacing, 'm')})"
+            f"(about {show(0.5 / beat, 's')} at spacing {show(coarsest, 'm')})"
         )

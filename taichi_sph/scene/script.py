@@ -19,11 +19,12 @@ from typing import Any, Literal, get_args, get_origin
 
 from pydantic import TypeAdapter, ValidationError
 
+from .. import scene as vocabulary
 from ..errors import SceneError, TaichiSphError, nearest
-from . import schema
 from .check import sentence
-from .schema import MeshFile, Scene
+from .schema import Scene
 from .study import Study
+from .surfaces import MeshFile
 
 SceneFunction = Callable[..., Scene | Study]
 
@@ -257,7 +258,7 @@ def _anchored(scene: Scene, folder: Path) -> Scene:
 
 def _in_script(error: ValidationError, path: Path) -> str:
     """Where in the script, which part, and what is wrong with it."""
-    return f"{_line(error, path)}: {error.title}: {sentence(error, getattr(schema, error.title, None))}"
+    return f"{_line(error, path)}: {error.title}: {sentence(error, getattr(vocabulary, error.title, None))}"
 
 
 def _line(error: BaseException, path: Path) -> str:

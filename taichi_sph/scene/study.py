@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 from pydantic import Field, StrictBool, StrictInt, model_validator
 
 from ..errors import nearest
-from .base import Frozen
-from .schema import Name, Scene
+from .base import Frozen, Name
+from .schema import Scene
 
 
 class Convergence(Frozen):

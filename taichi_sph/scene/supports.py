@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from .schema import Box, PrescribedVelocity
+from .loads import PrescribedVelocity
+from .regions import Box
 
 Hold = tuple[Literal[0] | None, Literal[0] | None, Literal[0] | None]
 FREE: Hold = (None, None, None)
@@ -58,4 +59,4 @@ def _motion(shell: str, on: Sequence[Edge], off: Sequence[Edge], near: float) ->
         return tuple(0 if any(getattr(e, name)[c] == 0 for e in on) else None for c in range(3))  # type: ignore[return-value]
 
     where = Box(lo=(lo[0], lo[1], lo[2]), hi=(hi[0], hi[1], hi[2]))
-    return PrescribedVelocity(shell=shell, where=where, velocity=all_of("velocity"), spin=all_of("spin"))
+    return PrescribedVelocity(body=shell, where=where, velocity=all_of("velocity"), spin=all_of("spin"))

@@ -189,6 +189,5 @@ class MeshFile(Frozen):
     time_limit: Annotated[Time, Field(gt=0)] = 60.0
 
 
-Flat = Plate | Disc
 Generated = Plate | Disc | Cylinder | CappedTank | SpherePatch | Roof
 Surface = Annotated[Generated | MeshFile, *Choice]

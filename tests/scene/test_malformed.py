@@ -58,13 +58,6 @@ def test_malformed_json(tmp_path, text, said):
         load_scene(path)
 
 
-def test_two_bodies_are_refused_until_they_can_be_computed(tmp_path):
-    data = spoiled()
-    data["shells"].append({**data["shells"][0], "name": "other"})
-    with pytest.raises(SceneError, match="one body per scene"):
-        load(tmp_path, data)
-
-
 def test_overlapping_motions_are_refused(tmp_path):
     data = spoiled()
     data["motions"].append({**data["motions"][0], "velocity": [0, None, None]})

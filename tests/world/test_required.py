@@ -7,8 +7,7 @@ import pytest
 
 from taichi_sph import runtime
 from taichi_sph.runtime import ti
-from taichi_sph.scene import Fluid, FluidBox, Material, Mazars, Numerics, Perfect, Pinball, Plate, Rigid, Scene, Shell, Water
-from taichi_sph.scene.schema import Collocation
+from taichi_sph.scene import Collocation, Fluid, FluidBox, Material, Mazars, Numerics, Perfect, Pinball, Plate, Rigid, Scene, Shell, Water
 from taichi_sph.scene.script import load_scene
 from taichi_sph.world.world import World
 

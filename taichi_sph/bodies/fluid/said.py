@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, StrictInt, model_validator
 
-from ...scene.base import Choice, Frozen, Point
-from ...scene.units import Density, Dimensionless, Length, Pressure, Speed
+from ...errors import nearest
+from ...scene.base import Body, Choice, Frozen, Point
+from ...scene.kinds import Kind
+from ...scene.units import Density, Dimensionless, Length, Pressure, Speed, show
 
 
 class Acoustic(Frozen):
@@ -62,15 +64,15 @@ class ShellFill(Frozen):
     level: Length | None = None
 
 
-class Fluid(Frozen):
+class Fluid(Body):
     """A body of fluid particles. `spacing` None: that of the numerics. `support` h / D (T 1.27), `alpha` and `beta` the
     artificial viscosity (T 1.24), `delta` the diffusion of density (docs/method.md). `hydrostatic`: at rest under the
-    gravity of the scene from the start, the highest particle without pressure. `contact` with shells and rigid bodies:
-    None by its pressure, with pinballs behind it (couplings/wetted/wetted.py), or by pinballs alone (T 3.3), whose plastic blows take
-    energy. `every`: steps of the shell between two of the fluid, whose pressure it then feels as one blow of so many (docs/method.md);
-    None: 1."""
+    gravity of the scene from the start, the highest particle without pressure. `contact` with shells and rigid bodies: None by its
+    pressure, with pinballs behind it (couplings/wetted/wetted.py), or by pinballs alone (T 3.3), whose plastic blows take energy.
+    `every`: steps of the shell between two of the fluid, whose pressure it then feels as one blow of so many (docs/method.md); None: 1."""
 
-    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]
+    what: ClassVar[str] = "fluid"
+
     fill: Annotated[FluidBox | ShellFill, Field(discriminator="kind")]
     water: Water = Water()
     velocity: tuple[Speed, Speed, Speed] = (0.0, 0.0, 0.0)
@@ -83,6 +85,38 @@ class Fluid(Frozen):
     beta: Annotated[Dimensionless, Field(ge=0, le=10)] = 0.0
     delta: Annotated[Dimensionless, Field(ge=0, le=0.5)] = 0.1
 
+    def check(self, scene: Any) -> None:
+        """Against the rest of the scene."""
+        where = scene.key_of(self)
+        shells = [shell.name for shell in scene.shells]
+        inside = getattr(self.fill, "shell", None)
+        if inside is not None and inside not in shells:
+            raise ValueError(f"{where}.fill.shell: there is no shell '{inside}'{nearest(inside, shells)}")
+        if self.every not in (None, 1) and not any(body.what not in ("fluid", "rigid body") for body in scene.bodies):
+            raise ValueError(f"{where}.every = {self.every}: steps of a shell, and the scene has none; leave it out")
+        for other in scene.before(self):
+            self._beside(scene, where, other)
+        _walls(self, scene)
+        scene.in_time("a fluid moves", "fluids")
+
+    def _beside(self, scene: Any, where: str, other: Fluid) -> None:
+        """Two fluids that meet are one lattice of one law, of different density at most."""
+        if not scene.met(self.name, other.name).meet:
+            return
+        apart = (
+            "; not possible yet for fluids that can meet: make them equal, or part them by "
+            f"Meeting(between=('{other.name}', '{self.name}'), meet=False)"
+        )
+        mine, theirs = scene.numerics_of(self).spacing, scene.numerics_of(other).spacing
+        if mine != theirs:
+            raise ValueError(f"{where}.spacing {show(mine, 'm')} is not that of '{other.name}', {show(theirs, 'm')}{apart}")
+        if self.support != other.support:
+            raise ValueError(f"{where}.support {self.support:g} is not that of '{other.name}', {other.support:g}{apart}")
+        if self.water.law.kind != other.water.law.kind:
+            raise ValueError(f"{where}.water.law '{self.water.law.kind}' is not that of '{other.name}', '{other.water.law.kind}'{apart}")
+        if (self.every or 1) != (other.every or 1):
+            raise ValueError(f"{where}.every = {self.every or 1} is not that of '{other.name}', {other.every or 1}{apart}")
+
 
 class Hole(Frozen):
     """A round opening in a wall."""
@@ -92,14 +126,53 @@ class Hole(Frozen):
 
 
 class Wall(Frozen):
-    """A rigid plane that fluid does not cross: through `point`, `normal` (any length) towards the fluid."""
+    """A rigid plane that fluid does not cross: through `point`, `normal` (any length) towards the fluid; for the `fluids` of these
+    names, None: for all."""
 
     point: Point
     normal: tuple[float, float, float]
     hole: Hole | None = None
+    fluids: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
+
+    def holds(self, fluid: str) -> bool:
+        """Whether the plane stands in the way of that fluid."""
+        return self.fluids is None or fluid in self.fluids
 
     @model_validator(mode="after")
     def _has_direction(self) -> Wall:
         if not any(self.normal):
             raise ValueError("normal is (0, 0, 0): give the direction from the wall to the fluid")
         return self
+
+
+def _walls(fluid: Fluid, scene: Any) -> None:
+    """The walls of a fluid against each other, and the names of their fluids."""
+    names = [f.name for f in scene.fluids]
+    for number, wall in enumerate(scene.walls):
+        for name in wall.fluids or ():
+            if name not in names:
+                raise ValueError(f"walls[{number}].fluids: there is no fluid '{name}'{nearest(name, names)}")
+    own = [(number, wall) for number, wall in enumerate(scene.walls) if wall.holds(fluid.name)]
+    least = 1.03 * fluid.support * scene.numerics_of(fluid).spacing
+    for place, (number, wall) in enumerate(own):
+        for other, before in own[:place]:
+            cosine = sum(a * b for a, b in zip(wall.normal, before.normal)) / (math.hypot(*wall.normal) * math.hypot(*before.normal))
+            if 1e-6 < abs(cosine) < 1 - 1e-6:
+                raise ValueError(
+                    f"walls[{number}]: neither parallel nor at right angles to walls[{other}], and their images could not meet; "
+                    "turn one of them"
+                )
+            apart = sum((b - a) * n for a, b, n in zip(wall.point, before.point, wall.normal)) / math.hypot(*wall.normal)
+            if cosine > 0 and abs(apart) < 2.0 * least:
+                raise ValueError(
+                    f"walls[{number}] and walls[{other}] face the same way {show(abs(apart), 'm')} apart, and a particle would see "
+                    "itself in both: leave one of them out"
+                )
+            if cosine < 0 < apart < least:
+                raise ValueError(
+                    f"walls[{number}] and walls[{other}] face each other {show(apart, 'm')} apart, and images of images, which begin "
+                    f"below {show(least, 'm')}, are not computed: move them apart, or take a finer spacing"
+                )
+
+
+KIND = Kind("fluid", "fluids", Fluid, "taichi_sph.bodies.fluid.group:groups", rank=2)

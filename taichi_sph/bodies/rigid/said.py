@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field, StrictBool, model_validator
 
-from ...scene.base import Frozen, Point
+from ...scene.base import Body, Frozen, Point
+from ...scene.kinds import Kind
 from ...scene.units import Dimensionless, Inertia, Length, Mass, Speed, Spin
 
 
@@ -19,15 +20,17 @@ class Pinball(Frozen):
     radius: Annotated[Length, Field(gt=0)]
 
 
-class Rigid(Frozen):
+class Rigid(Body):
     """A rigid body of one or many pinballs, free to move and turn, or held in place.
 
     `inertia`: principal moments about the scene's axes [kg m2]; without it that of solid balls which share the mass
     by their volumes. `restitution` is Newton's, between this body and another rigid one (the larger of the two
-    counts): 0 is plastic, 1 elastic; what is deformable bounces by itself.
+    counts, and what `meetings` say of the pair before both): 0 is plastic, 1 elastic; what is deformable bounces by itself. It has no step
+    of its own: a rigid body moves with the fastest of the others.
     """
 
-    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]
+    what: ClassVar[str] = "rigid body"
+
     pinballs: Annotated[tuple[Pinball, ...], Field(min_length=1)]
     mass: Annotated[Mass, Field(gt=0)]
     inertia: tuple[Inertia, Inertia, Inertia] | None = None
@@ -76,11 +79,11 @@ class Rigid(Frozen):
             total += m * ((0.4 * ball.radius**2 + r @ r) * np.eye(3) - np.outer(r, r))
         return total
 
+    def check(self, scene: Any) -> None:
+        """Against the rest of the scene."""
+        if all(getattr(body, "held", False) for body in scene.bodies):
+            raise ValueError("rigids: all bodies are held and there is no other one: nothing can move")
+        scene.in_time("rigid bodies move", "rigids")
 
-class PinballContact(Frozen):
-    """How contact is solved. `tolerance`: largest approach speed left, over the largest that was found (or a hundredth of
-    the fastest speed of all, where that is more); also the complementarity error allowed. `iterations`: when the solver
-    gives up, which it reports."""
 
-    tolerance: Annotated[Dimensionless, Field(gt=0, le=0.1)] = 1e-4
-    iterations: Annotated[int, Field(ge=1, le=100_000)] = 1000
+KIND = Kind("rigid", "rigids", Rigid, "taichi_sph.bodies.rigid.group:groups", rank=1)

@@ -9,8 +9,9 @@ import numpy as np
 from ...geometry.mesh import SurfaceMesh
 from ...geometry.regions import inside
 from ...geometry.surfaces import mesh_of
-from ...scene.schema import Ramp, Scene
-from .pool import Cells, MaterialPool, Nodes
+from ...scene import Ramp, Scene
+from ..nodal.nodes import Nodes
+from .pool import Cells, MaterialPool
 
 
 @dataclass

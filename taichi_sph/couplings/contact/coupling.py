@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ...bodies.body import Entries, Now
-from ...bodies.rigid.said import PinballContact
 from ..coupling import Coupling
 from .bodies import Bodies
 from .multipliers import Contact
+from .said import PinballContact
 
 
 def couplings(scene, groups) -> list[ContactCoupling]:

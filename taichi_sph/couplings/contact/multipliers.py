@@ -21,11 +21,11 @@ import numpy as np
 
 from ... import runtime
 from ...bodies.rigid.pool import place, spin_of, spun
-from ...bodies.rigid.said import PinballContact
 from ...errors import RunStopped, SceneError
 from ...runtime import ti
 from .bodies import Bodies, inverse_mass, mobility, place_of_node, radius_against, velocity_before, velocity_free
 from .pairs import FLUID_RIGID, FLUID_SHELL, RIGID_RIGID, RIGID_SHELL, Pairs, disc_gap
+from .said import PinballContact
 
 BLOCK = 512
 FIRST, CHECK = 2, 8  # iterations before the first look at the error; the most between two looks

@@ -1,0 +1,185 @@
+"""Shells as the user says them, and the forms in which they are computed. No Taichi here."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field, StrictBool, StrictInt, model_validator
+
+from ...scene.base import Body, Choice, Frozen, Point
+from ...scene.kinds import Kind
+from ...scene.materials import Material
+from ...scene.regions import Region
+from ...scene.surfaces import Disc, MeshFile, Plate, Surface
+from ...scene.units import Dimensionless, Length, show
+
+
+class Cut(Frozen):
+    """Straight cut through the thickness from `start` to `end`: pre-crack or notch."""
+
+    start: Point
+    end: Point
+
+    @model_validator(mode="after")
+    def _has_length(self) -> Cut:
+        if self.start == self.end:
+            raise ValueError("start and end are the same point: a cut needs a length")
+        return self
+
+
+class Viscosity(Frozen):
+    """Artificial viscosity between node pairs (T 2.35 to 2.38); gamma acts across a shell that bends."""
+
+    alpha: Annotated[Dimensionless, Field(ge=0, le=10)] = 0.05
+    beta: Annotated[Dimensionless, Field(ge=0, le=10)] = 0.1
+    gamma: Annotated[Dimensionless, Field(ge=0, le=10)] = 0.05
+
+
+class Galerkin(Frozen):
+    """Nodal force = exact transpose of the strain operator (docs/method.md)."""
+
+    kind: Literal["galerkin"] = "galerkin"
+    support: Annotated[Dimensionless, Field(ge=1.0, le=2.0)] = 1.2  # h / D
+    stabilisation: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.2  # gamma
+    shear_bound: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.1  # alpha: kGe / (1 + alpha (D/e)^2)
+
+
+class Collocation(Frozen):
+    """The thesis's strong form (T 2.2), with its viscosity and its filters on spins (T 2.39) and on crack edges
+    (T 2.3.6.5)."""
+
+    kind: Literal["collocation"] = "collocation"
+    support: Annotated[Dimensionless, Field(ge=1.0, le=2.0)] = 1.2
+    viscosity: Viscosity = Viscosity()
+    edge_filter: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.01
+    spin_filter: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.1  # eta
+    shear_bound: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.0  # alpha, as in Galerkin; the thesis has none
+    selective_shear: StrictBool = False  # T 2.55: shear at the nodes, stabilised by a little of the cells'
+
+
+Formulation = Annotated[Galerkin | Collocation, *Choice]
+
+
+class Shell(Body):
+    """A thin body: mid-surface, thickness, material, cuts present at t = 0.
+
+    `motion` = "in_plane": the mid-surface stays in its plane (plane stress, two degrees of freedom);
+    "free": it bends and turns as it likes (Mindlin-Reissner, five degrees of freedom). `spacing` to `raised_inertia`: as in the numerics of
+    the scene, for this shell alone; None: what stands there. `every`: steps of the clock between two of the shell's own; None: 1.
+    """
+
+    bears: ClassVar[frozenset[str]] = frozenset({"forces", "moments", "pressures", "motions", "initial", "probes"})
+    what: ClassVar[str] = "shell"
+
+    surface: Surface
+    thickness: Annotated[Length, Field(gt=0)]
+    material: Material
+    motion: Literal["in_plane", "free"] = "in_plane"
+    cuts: tuple[Cut, ...] = ()
+    self_contact: StrictBool | None = None  # True: its parts meet each other too (T 3.3), which costs a search over all nodes
+    sound: tuple[Region, ...] = ()  # no damage here: where a support's rubber, not modelled, spreads its load
+    spacing: Annotated[Length, Field(gt=0)] | None = None
+    cells: Literal["quad", "triangle"] | None = None
+    irregularity: Annotated[Dimensionless, Field(ge=0, le=0.4)] | None = None
+    seed: Annotated[StrictInt, Field(ge=0, lt=2**32)] | None = None
+    formulation: Formulation | None = None
+    raised_inertia: StrictBool | None = None
+    every: Annotated[StrictInt, Field(ge=1, le=20)] | None = None
+
+    @model_validator(mode="after")
+    def _believable(self) -> Shell:
+        if not isinstance(self.surface, Plate | Disc | MeshFile) and self.motion == "in_plane":
+            raise ValueError(
+                f"motion = 'in_plane' is for flat bodies, and shell '{self.name}' is a {self.surface.kind}; set motion = 'free'"
+            )
+        if self.motion == "in_plane" and self.material.strength is not None and self.material.strength.layers is not None:
+            raise ValueError(f"material.strength.layers: shell '{self.name}' has motion = 'in_plane' and is not bent; leave them out")
+        if isinstance(self.surface, Plate):
+            _fits_a_plate(self, self.surface)
+        elif not isinstance(self.surface, MeshFile) and self.thickness > self.surface.radius:
+            raise ValueError(
+                f"thickness {show(self.thickness, 'm')} of shell '{self.name}' is larger than the radius of its "
+                f"{self.surface.kind} ({show(self.surface.radius, 'm')})"
+            )
+        return self
+
+    @property
+    def meets(self) -> bool:
+        """Whether something can touch it: a body that stays in its plane has no side that is met."""
+        return self.motion == "free"
+
+    def check(self, scene: Any) -> None:
+        """Against the rest of the scene."""
+        where = scene.key_of(self)
+        if self.motion == "in_plane":
+            self._in_plane(scene, where)
+        numerics = scene.numerics_of(self)
+        form, own = numerics.formulation, f"{where}." if self.formulation is not None else "numerics."
+        if form.kind != "galerkin" and any(pressure.body == self.name for pressure in scene.pressures):
+            raise ValueError(f"pressures: {own}formulation '{form.kind}' has no surface pressure; use 'galerkin', or forces")
+        if getattr(form, "selective_shear", False) and (self.material.damage or self.material.strength):
+            raise ValueError(f"{own}formulation.selective_shear knows no damage and no strength of the nodes' shear; leave one of them out")
+        if self.every not in (None, 1) and len(scene.bodies) == 1:
+            raise ValueError(f"{where}.every = {self.every}: steps of a faster body, and the scene has no other one; leave it out")
+        if scene.static is not None and self.material.damage is not None:
+            raise ValueError("static: a material with damage needs time to be damaged; leave out static or damage")
+        if scene.static is not None and self.material.strength is not None:
+            raise ValueError("static: a material with strength yields in time; leave out static or strength")
+        spacing, surface = numerics.spacing, self.surface
+        if not isinstance(surface, MeshFile) and spacing > surface.smallest * (1 + 1e-9):
+            key = f"{where}.spacing" if self.spacing is not None else "numerics.spacing"
+            why = f"is {show(surface.smallest, 'm')} wide" if surface.kind == "plate" else f"takes at most {show(surface.smallest, 'm')}"
+            raise ValueError(f"{key} {show(spacing, 'm')} is larger than the body: {surface.kind} '{self.name}' {why}")
+
+    def _in_plane(self, scene: Any, where: str) -> None:
+        """What a shell that stays in its plane cannot feel or meet."""
+        if self.self_contact:
+            raise ValueError(f"{where}.self_contact: shell '{self.name}' moves in its plane; give it motion = 'free'")
+        for other in scene.bodies:
+            if other is not self and other.meets and scene.met(self.name, other.name).asked is not False:
+                verb = "hold a fluid" if other.what == "fluid" else "be hit"
+                raise ValueError(
+                    f"{scene.key_of(other).partition('[')[0]}: shell '{self.name}' moves in its plane and cannot {verb}; "
+                    "give it motion = 'free'"
+                )
+        if scene.gravity is not None and scene.gravity[2]:
+            raise ValueError(f"gravity: z must be 0, for shell '{self.name}' moves in its plane (motion = 'in_plane')")
+        for key in ("forces", "moments", "pressures", "motions", "initial"):
+            for number, load in enumerate(getattr(scene, key)):
+                if load.body == self.name:
+                    _stays_in_plane(f"{key}[{number}]", key, load)
+
+
+def _fits_a_plate(shell: Shell, surface: Plate) -> None:
+    """Thickness and cuts against the size of a plate."""
+    size = max(surface.length, surface.width)
+    if shell.thickness > size:
+        raise ValueError(
+            f"thickness {show(shell.thickness, 'm')} of shell '{shell.name}' is larger than the plate itself "
+            f"({show(surface.length, 'm')} x {show(surface.width, 'm')})"
+        )
+    low = surface.origin
+    high = (low[0] + surface.length, low[1] + surface.width, low[2])
+    margin = 0.05 * size  # a cut may start a little outside: it is the edge that it must open
+    for number, cut in enumerate(shell.cuts):
+        for end, point in (("start", cut.start), ("end", cut.end)):
+            for axis in range(3):
+                if not low[axis] - margin <= point[axis] <= high[axis] + margin:
+                    raise ValueError(
+                        f"cuts[{number}].{end}: {'xyz'[axis]} = {show(point[axis], 'm')} is outside the plate "
+                        f"'{shell.name}' ({show(low[axis], 'm')} to {show(high[axis], 'm')})"
+                    )
+
+
+def _stays_in_plane(where: str, key: str, load: Any) -> None:
+    """Loads and motions that a shell of motion 'in_plane' cannot feel."""
+    if key in ("moments", "pressures"):
+        raise ValueError(f"{where}: shell '{load.body}' moves in its plane and does not bend; give it motion = 'free'")
+    across = "total" if key == "forces" else "velocity"
+    if getattr(load, across)[2]:
+        raise ValueError(f"{where}.{across}: z must be 0, for shell '{load.body}' moves in its plane (motion = 'in_plane')")
+    if any(w is not None for w in getattr(load, "spin", ())):
+        raise ValueError(f"{where}.spin: shell '{load.body}' has motion = 'in_plane', its directors do not turn")
+
+
+KIND = Kind("shell_sph", "shells", Shell, "taichi_sph.bodies.shell_sph.group:groups", rank=0)

@@ -1,0 +1,62 @@
+"""Which kinds of bodies and of couplings there are: every folder whose said.py declares one, and what was registered."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from importlib import import_module
+from importlib.util import find_spec
+from pkgutil import iter_modules
+from typing import Any
+
+from .base import Frozen
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind. `key`: where a scene says it ("shells"; "others" and "interactions" hold all kinds without a key of their own, by
+    their `kind`). `made`: the function that makes what computes it, or "module:function" where that is loaded when needed: of bodies
+    made(scene, groups so far) -> groups, of couplings made(scene, groups) -> couplings. `rank`: kinds are made in this order.
+    """
+
+    name: str
+    key: str
+    said: type[Frozen] | None
+    made: Any
+    rank: int = 9
+
+    def make(self, scene: Any, groups: Any) -> list[Any]:
+        """The groups of bodies, or the couplings, of this kind in a scene."""
+        if isinstance(self.made, str):
+            module, _, name = self.made.partition(":")
+            return getattr(import_module(module), name)(scene, groups)
+        return self.made(scene, groups)
+
+
+class Kinds:
+    """The kinds of one package: `KIND` (or `KINDS`) of the said.py of each of its folders, and the registered ones."""
+
+    def __init__(self, package: str) -> None:
+        self.package = package
+        self.registered: list[Kind] = []
+
+    @cached_property
+    def found(self) -> tuple[Kind, ...]:
+        kinds: list[Kind] = []
+        for folder in iter_modules(import_module(self.package).__path__):
+            name = f"{self.package}.{folder.name}.said"
+            if not folder.ispkg or find_spec(name) is None:
+                continue
+            said = import_module(name)
+            kinds += getattr(said, "KINDS", ()) or ([said.KIND] if hasattr(said, "KIND") else [])
+        return tuple(sorted(kinds, key=lambda kind: kind.rank))
+
+    def __call__(self, key: str | None = None) -> tuple[Kind, ...]:
+        """All of them, or those of one key."""
+        return tuple(kind for kind in (*self.found, *self.registered) if key is None or kind.key == key)
+
+    def register(self, kind: Kind) -> None:
+        """Adds a kind at run time; one of the same name is replaced."""
+        if kind.name in [k.name for k in self.found]:
+            raise ValueError(f"the kind '{kind.name}' is one of {self.package} already")
+        self.registered = [k for k in self.registered if k.name != kind.name] + [kind]
