@@ -71,6 +71,36 @@ def test_one_part_of_a_file(tmp_path, name):
         assert "did you mean 'front'?" in said(path, part="frnt")
 
 
+TEXTS = [n for n in WRITERS if not n.startswith(("little", "big", "bytes", "twob", "fourb", "m.vt", "text.vt"))]
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_ends_of_lines_comments_and_capitals_change_nothing(tmp_path, name):
+    points, quads = box()
+    data = WRITERS[name](points, quads)
+    sound = read_mesh(text_of(tmp_path, name, data))
+    comment = {
+        ".inp": b"** x\n",
+        ".bdf": b"$ x\n",
+        ".nas": b"$ x\n",
+        ".k": b"$ x\n",
+        ".key": b"$ x\n",
+        ".dyn": b"$ x\n",
+        ".rad": b"# x\n",
+        ".obj": b"# x\n",
+    }
+    others = [data.replace(b"\n", b"\r\n"), data.rstrip(b"\n")]
+    if Path(name).suffix in comment:
+        others.append(data.replace(b"\n", b"\n" + comment[Path(name).suffix]))
+    if Path(name).suffix in (".inp", ".bdf", ".nas"):
+        others.append(data.lower())
+    if Path(name).suffix in (".obj", ".inp"):
+        others.append(data.replace(b"\n", b"  \n\n"))
+    for other in others:
+        mesh = read_mesh(text_of(tmp_path, name, other))
+        assert np.array_equal(mesh.points, sound.points) and np.array_equal(mesh.cells, sound.cells)
+
+
 EXPECTED = {
     "folded.obj": "is folded onto its neighbour 54",
     "folded.ply": "is folded onto its neighbour 73",

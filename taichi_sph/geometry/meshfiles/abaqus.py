@@ -7,13 +7,13 @@ written. Eight-node elements give their corners. Keywords that make or move node
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from ...errors import SceneError
-from .raw import Cells, Nodes, Raw, Text, left_out, shown
+from .raw import Cells, Nodes, Raw, Text, left_out, refused, shown
 
 CORNERS = dict.fromkeys("S3 S3R S3RS S3T STRI3 M3D3 SFM3D3 CPS3 CPE3 DS3".split(), (3, 3))
 CORNERS |= dict.fromkeys("S4 S4R S4RS S4RSW S4R5 S4RT S4T M3D4 M3D4R SFM3D4 SFM3D4R CPS4 CPS4R CPS4I CPE4 CPE4R CPE4I DS4".split(), (4, 4))
@@ -21,8 +21,7 @@ CORNERS |= dict.fromkeys("STRI65 M3D6 CPS6 CPS6M DS6 SFM3D6".split(), (3, 6))
 CORNERS |= dict.fromkeys("S8R S8R5 S8RT M3D8 M3D8R CPS8 CPS8R DS8 SFM3D8 SFM3D8R".split(), (4, 8))
 CORNERS |= dict.fromkeys("S9R5 M3D9 M3D9R".split(), (4, 9))
 RIGID = {"R3D3": (3, 3), "R3D4": (4, 4)}  # taken where the file has nothing that deforms
-BESIDE = ("B2", "B3", "T2D", "T3D", "PIPE", "ELBOW", "FRAME", "CONN", "MASS", "ROTARYI", "SPRING", "DASHPOT", "JOINT", "RB2D", "RB3D")
-BESIDE += ("GAP", "DCOUP", "HEATCAP", "R2D", "RAX", "SROT", "PSI", "ITS", "DC1")
+BESIDE = tuple("B2 B3 T2D T3D PIPE ELBOW FRAME CONN MASS ROTARYI SPRING DASHPOT JOINT RB2D RB3D GAP DCOUP HEATCAP R2D RAX PSI ITS".split())
 REFUSED = {
     "INCLUDE": "is not followed: merge the files",
     "NGEN": "makes nodes and is not followed: write them as *NODE",
@@ -39,6 +38,9 @@ REFUSED = {
     "ASSEMBLE": "is not followed",
 }
 JOINING = ("TIE", "MPC", "EQUATION", "COUPLING", "KINEMATIC COUPLING", "RIGID BODY", "FASTENER", "SHELL TO SOLID COUPLING")
+
+
+Block = tuple[str, dict[str, str], list[tuple[int, str]]]  # keyword, options, data lines with their numbers
 
 
 @dataclass
@@ -119,9 +121,10 @@ class _Reader:
             self.text.fail(f"the file ends inside *{self.where.upper()}: it is cut off")
         return self._raw()
 
-    def _blocks(self):
+    def _blocks(self) -> Iterator[Block]:
         """(keyword, options, data lines with their numbers) of each block."""
-        text, block = self.text, None
+        text = self.text
+        block: Block | None = None
         lines = iter(text)
         for line in lines:
             if line.startswith("**") or not line.strip():
@@ -364,7 +367,7 @@ class _Reader:
             text.fail("elements stand both in parts and outside of them")
         placed = [(i, p) for i, p in placed if p.cells.corners]
         if not placed:
-            raise SceneError(f"mesh {text.name} has no shell elements (S3, S4R, M3D4, ...){'; ' + notes[0] if notes else ''}")
+            raise refused(f"mesh {text.name} has no shell elements (S3, S4R, M3D4, ...){'; ' + notes[0] if notes else ''}")
         several = len(placed) > 1
         points, cells, node_ids, cell_ids, node_owner, cell_owner = [], [], [], [], [], []
         regions: dict[str, list[np.ndarray]] = {}

@@ -60,7 +60,7 @@ class Text:
         data = path.read_bytes()
         self.name = path.name
         if b"\0" in data:
-            raise SceneError(f"mesh {self.name} is no text file: a zero byte stands at {data.index(0)}")
+            raise refused(f"mesh {self.name} is no text file: a zero byte stands at {data.index(0)}")
         self.lines = data.decode("utf-8", errors="replace").splitlines()
         self.number = 0
 
@@ -70,7 +70,7 @@ class Text:
             yield self.lines[self.number - 1]
 
     def fail(self, why: str, line: int | None = None) -> NoReturn:
-        raise SceneError(f"mesh {self.name}, line {line or self.number}: {why}")
+        raise refused(f"mesh {self.name}, line {line or self.number}: {why}")
 
     def integer(self, text: str, what: str = "a whole number") -> int:
         """A number of a node or an element, 0 to 2^31."""
@@ -92,6 +92,12 @@ class Text:
         if not math.isfinite(value):
             self.fail(f"{shown(text)} stands where {what} should")
         return value
+
+
+def refused(why: str) -> SceneError:
+    """The error of a sentence: on one line, whatever names and words of the file stand in it."""
+    plain = "".join(c if c.isprintable() else "?" for c in why)
+    return SceneError(plain if len(plain) <= 390 else f"{plain[:380]} ...")
 
 
 def shown(text: str) -> str:
