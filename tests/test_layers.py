@@ -30,7 +30,6 @@ EXCEPTIONS = {  # module: what it still knows and should not; an entry that is n
     "couplings.contact.bodies": {"bodies.fluid", "bodies.rigid"},
     "couplings.contact.multipliers": {"bodies.rigid"},
     "couplings.wetted.wetted": {"bodies.fluid", "bodies.rigid"},
-    "world.world": {"bodies.fluid", "bodies.rigid", "bodies.shell_sph", "couplings.contact"},
     "world.instead.modes": {"bodies.shell_sph"},
     "world.instead.statics": {"bodies.shell_sph"},
 }

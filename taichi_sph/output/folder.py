@@ -6,8 +6,6 @@ DIR/scene.json record.json summary.json log.txt
 
 from __future__ import annotations
 
-import json
-import os
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -15,26 +13,12 @@ from typing import Any
 from ..errors import SceneError, nearest
 from ..frame import Kind
 from ..scene import Scene, load_scene
+from . import files
+from .files import read_json, write_json
 from .frames import SUFFIX, FramesFile
 from .histories import History, read_history
 
-
-def write_json(path: Path, content: Any) -> Path:
-    """JSON put in place when complete, so that a reader never meets half a file."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(path.name + ".tmp")
-    temporary.write_text(json.dumps(content, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
-    os.replace(temporary, path)
-    return path
-
-
-def read_json(path: Path) -> Any:
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise SceneError(f"there is no '{path}'") from None
-    except (json.JSONDecodeError, UnicodeDecodeError):
-        raise SceneError(f"'{path}' is not valid JSON") from None
+__all__ = ["RunFolder", "read_json", "write_json"]
 
 
 class RunFolder:
@@ -45,6 +29,7 @@ class RunFolder:
         self._frames: dict[str, FramesFile] = {}
         if not self.path.is_dir():
             raise SceneError(f"there is no run folder '{self.path}'")
+        files.check_links(self.path, files.RUN)
 
     def __enter__(self) -> RunFolder:
         return self

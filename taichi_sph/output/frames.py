@@ -15,15 +15,19 @@ resume rather than lost.
 
 from __future__ import annotations
 
+import contextlib
+import math
 import os
 from collections.abc import Iterator
 from pathlib import Path
+from typing import get_args
 
 import h5py
 import numpy as np
 
 from ..errors import SceneError
 from ..frame import NO_CELLS, BodyFrame, Frame, Kind
+from . import files
 
 SUFFIX = ".vtkhdf"
 VERSION = (2, 2)
@@ -31,6 +35,10 @@ VTK_VERTEX, VTK_TRIANGLE, VTK_QUAD = 1, 5, 9
 STATIC = frozenset({"reference", "radius"})  # written once, the same at every step
 PACKED = frozenset({"damage", "rupture_time", "plastic", "diameter"})  # much of it is the same
 EXACT = frozenset({"points", "reference"})  # kept in f64: displacements are differences of these
+DAMAGE = (OSError, KeyError, RuntimeError, ValueError, TypeError, IndexError, AttributeError, OverflowError)  # what HDF5 and we make of it
+FILTERS = {h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32}
+DEFLATED = 1040  # how many times smaller deflate can make anything, rounded up
+DEPTH = 3  # of groups: VTKHDF/Steps/PointDataOffsets
 
 
 def _stored(name: str, array: np.ndarray) -> np.ndarray:
@@ -71,8 +79,8 @@ def _create_file(path: Path, body: BodyFrame, time: float, step: int) -> None:
     else:
         size, types = np.ones(len(body.points), dtype=np.int64), np.full(len(body.points), VTK_VERTEX)
         connectivity = np.arange(len(body.points))
-    temporary = path.with_name(path.name + ".tmp")
-    with h5py.File(temporary, "w", libver="earliest", locking=False) as file:
+    temporary = files.fresh(path)
+    with h5py.File(temporary, "x", libver="earliest", locking=False) as file:
         root = file.create_group("VTKHDF")
         root.attrs["Version"] = np.array(VERSION, dtype=np.int64)
         root.attrs.create("Type", np.bytes_("UnstructuredGrid"))
@@ -107,11 +115,11 @@ def _create_file(path: Path, body: BodyFrame, time: float, step: int) -> None:
         series(root.create_group("FieldData"), "step", np.array([step], dtype=np.int64))
         series(steps.create_group("FieldDataOffsets"), "step", zero)
         series(steps.create_group("FieldDataSizes"), "step", np.ones((1, 2), dtype=np.int64))
-    os.replace(temporary, path)
+    os.replace(temporary, files.plain(path))
 
 
 def _append(path: Path, body: BodyFrame, time: float, step: int) -> None:
-    with h5py.File(path, "r+", locking=False) as file:
+    with h5py.File(files.plain(path, written=True), "r+", locking=False) as file:
         root = file["VTKHDF"]
         steps = root["Steps"]
         count = int(steps.attrs["NSteps"])
@@ -135,9 +143,54 @@ def _append(path: Path, body: BodyFrame, time: float, step: int) -> None:
         steps.attrs["NSteps"] = np.int64(count + 1)
 
 
+def _datasets(group: h5py.Group, depth: int = 0) -> Iterator[h5py.Dataset]:
+    """All data sets below a group. Refuses what leads out of the file, before anything of it is read."""
+    for name in group:
+        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+            raise SceneError(f"holds a link, '{group.name}/{name}'; links are not followed")
+        item = group[name]
+        if h5py.h5o.get_info(item.id).rc != 1:
+            raise SceneError(f"holds '{group.name}/{name}' under two names, which no frames file does")
+        if isinstance(item, h5py.Dataset):
+            yield item
+        elif isinstance(item, h5py.Group) and depth < DEPTH:
+            yield from _datasets(item, depth + 1)
+        else:
+            raise SceneError(f"holds '{group.name}/{name}', which no frames file has")
+
+
+def check_content(file: h5py.File) -> None:
+    """SceneError where a file leads elsewhere, or claims more than it holds, before memory is taken.
+
+    Every number that is read later is bounded by bytes that are there: points and cells are stored unpacked, all that is packed has their
+    number of rows for each step. A step more may be begun: a killed run leaves that.
+    """
+    root = file["VTKHDF"]
+    for dataset in _datasets(file):
+        made = dataset.id.get_create_plist()
+        if made.get_layout() == h5py.h5d.VIRTUAL or made.get_external_count():
+            raise SceneError(f"keeps '{dataset.name}' in another file; other files are not read")
+        if dataset.dtype.kind not in "iuf" or {made.get_filter(i)[0] for i in range(made.get_nfilters())} - FILTERS:
+            raise SceneError(f"stores '{dataset.name}' in a way that no frames file has")
+    points, steps = root["Points"], root["Steps/Values"]
+    n, m = int(root["NumberOfPoints"][0]), root["Types"].shape[0]
+    for dataset in _datasets(root):
+        place, stored = dataset.name.removeprefix(f"{root.name}/"), dataset.id.get_storage_size()
+        each = n if place == "Points" else {"PointData": n, "CellData": m}.get(place.partition("/")[0])  # rows a step
+        row = dataset.dtype.itemsize * math.prod(dataset.shape[1:])
+        claimed = dataset.shape[0] * row
+        most = stored * (DEFLATED if dataset.compression else 1) + (each or 1) * row
+        strange = dataset.chunks is not None and (dataset.chunks[0] > max(each or 0, 256) or dataset.chunks[1:] != dataset.shape[1:])
+        if strange or len(dataset.shape) > 2 or claimed > most or (each is not None and dataset.shape[0] > each * (steps.shape[0] + 1)):
+            raise SceneError(f"claims more rows of '{dataset.name}' than it holds")
+    if not 0 <= n <= points.shape[0] or n * 24 > points.id.get_storage_size():
+        raise SceneError("claims more points than it holds")
+
+
 def truncate(path: Path, time: float) -> int:
     """Drops the steps later than `time` [s]; returns how many are left (file deleted when none)."""
-    with h5py.File(path, "r+", locking=False) as file:
+    with h5py.File(files.plain(path, written=True), "r+", locking=False) as file:
+        check_content(file)
         root = file["VTKHDF"]
         steps = root["Steps"]
         values = steps["Values"][:]
@@ -171,7 +224,7 @@ class FramesWriter:
     """
 
     def __init__(self, folder: Path | str, resume_at: float | None = None) -> None:
-        self.folder = Path(folder)
+        self.folder = files.plain(Path(folder))
         self.folder.mkdir(parents=True, exist_ok=True)
         self.aside: list[Path] = []
         self._last_step: dict[str, int] = {}
@@ -183,7 +236,8 @@ class FramesWriter:
                 if truncate(path, resume_at):
                     with FramesFile(path) as file:
                         self._last_step[path.stem] = int(file.steps[-1])
-            except (OSError, KeyError, RuntimeError, SceneError):
+            except (*DAMAGE, SceneError):
+                files.plain(path, written=True)
                 self.aside.append(path.rename(path.with_suffix(".unreadable")))
 
     def path(self, body: str) -> Path:
@@ -207,30 +261,59 @@ class FramesWriter:
 
 
 class FramesFile:
-    """Reads one body's file with h5py only: `times` [s], `steps`, its `kind`, and the body at any of them."""
+    """Reads one body's file with h5py only: `times` [s], `steps`, its `kind`, and the body at any of them.
+
+    SceneError where the file is none of ours, is damaged, or leads to other files.
+    """
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
         self.name = self.path.stem
-        try:
+        with self._said():
+            files.plain(self.path)
             self._file = h5py.File(self.path, "r", locking=False)
-            self._root = self._file["VTKHDF"]
-            self._steps = self._root["Steps"]
-            count = int(self._steps.attrs["NSteps"])
-            self.times: np.ndarray = self._steps["Values"][:count]
-            self.steps: np.ndarray = self._root["FieldData/step"][:count]
+        try:
+            with self._said():
+                self._open()
+        except SceneError:
+            self._file.close()
+            raise
+
+    @contextlib.contextmanager
+    def _said(self) -> Iterator[None]:
+        """Whatever a damaged file does to its reader, as a sentence."""
+        try:
+            yield
         except FileNotFoundError:
             raise SceneError(f"there is no frames file '{self.path}'") from None
-        except (OSError, KeyError) as error:
-            raise SceneError(f"'{self.path}' is not a frames file of this package ({error})") from None
-        offsets = self._root["Offsets"][:]
-        connectivity = self._root["Connectivity"][:]
+        except SceneError as error:
+            raise SceneError(str(error) if str(self.path) in str(error) else f"'{self.path}' {error}") from None
+        except DAMAGE as error:
+            raise SceneError(f"'{self.path}' is not a frames file of this package ({' '.join(str(error).split())})") from None
+
+    def _open(self) -> None:
+        check_content(self._file)
+        self._root = self._file["VTKHDF"]
+        self._steps = self._root["Steps"]
+        count = int(self._steps.attrs["NSteps"])
+        self.times: np.ndarray = self._steps["Values"][:count]
+        self.steps: np.ndarray = self._root["FieldData/step"][:count]
+        if not 1 <= count == len(self.times) == len(self.steps) or not np.isfinite(self.times).all():
+            raise SceneError("is damaged: it has other times than steps")
+        self._points = int(self._root["NumberOfPoints"][0])
         self.kind: Kind = self._root.attrs.get("Kind", b"shell").decode()
+        if self.kind not in get_args(Kind):
+            raise SceneError(f"is damaged: there is no kind of body '{' '.join(self.kind.split())[:60]}'")
         self.cells = NO_CELLS
         if self.kind == "shell":
-            self.cells = np.full((len(offsets) - 1, 4), -1, dtype=np.int32)
-            self.cells[np.arange(4) < np.diff(offsets)[:, None]] = connectivity
-        self._points = int(self._root["NumberOfPoints"][0])
+            offsets, corners = self._root["Offsets"][:], self._root["Connectivity"][:]
+            sizes = np.diff(offsets)
+            if offsets[:1] != 0 or not np.isin(sizes, (3, 4)).all() or offsets[-1] != len(corners):
+                raise SceneError("is damaged: its cells have neither three nor four corners")
+            if corners.min(initial=0) < 0 or corners.max(initial=-1) >= self._points:
+                raise SceneError("is damaged: its cells have corners that are no points")
+            self.cells = np.full((len(sizes), 4), -1, dtype=np.int32)
+            self.cells[np.arange(4) < sizes[:, None]] = corners
 
     def __len__(self) -> int:
         return len(self.times)
@@ -251,21 +334,26 @@ class FramesFile:
         """Index of the frame nearest to `time` [s]."""
         return int(np.argmin(np.abs(self.times - time)))
 
+    def _rows(self, dataset: h5py.Dataset, start: int, count: int) -> np.ndarray:
+        if not 0 <= start <= dataset.shape[0] - count:
+            raise SceneError(f"is damaged: '{dataset.name}' ends before its last step")
+        return dataset[start : start + count]
+
     def array(self, kind: str, name: str, index: int) -> np.ndarray:
         """One array at frame `index`; kind "PointData" or "CellData"."""
-        start = int(self._steps[f"{kind}Offsets"][name][index])
-        rows = self._points if kind == "PointData" else len(self.cells)
-        return self._root[kind][name][start : start + rows]
+        with self._said():
+            start = int(self._steps[f"{kind}Offsets"][name][index])
+            return self._rows(self._root[kind][name], start, self._points if kind == "PointData" else len(self.cells))
 
     def body(self, index: int = -1) -> BodyFrame:
         """The body at frame `index` (negative counts from the end)."""
         index = range(len(self))[index]
-        start = int(self._steps["PointOffsets"][index])
-        return BodyFrame(
-            name=self.name,
-            points=self._root["Points"][start : start + self._points],
-            cells=self.cells,
-            point_data={n: self.array("PointData", n, index) for n in self._root["PointData"]},
-            cell_data={n: self.array("CellData", n, index) for n in self._root["CellData"]},
-            kind=self.kind,
-        )
+        with self._said():
+            return BodyFrame(
+                name=self.name,
+                points=self._rows(self._root["Points"], int(self._steps["PointOffsets"][index]), self._points),
+                cells=self.cells,
+                point_data={n: self.array("PointData", n, index) for n in self._root["PointData"]},
+                cell_data={n: self.array("CellData", n, index) for n in self._root["CellData"]},
+                kind=self.kind,
+            )

@@ -7,7 +7,6 @@ at most the row it was writing, and the reader leaves out an unfinished last row
 from __future__ import annotations
 
 import csv
-import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import SceneError, nearest
+from . import files
 
 _HEADER = re.compile(r"^(?P<name>.*?)\s*\[(?P<unit>[^\]]*)\]$")
 
@@ -60,17 +60,16 @@ class HistoryWriter:
             raise ValueError("the first column of a history is time")
         self.path = Path(path)
         self.names = list(units)
-        self.path.parent.mkdir(parents=True, exist_ok=True)
+        files.plain(self.path.parent)
         header = _header(units)
-        if resume_at is not None and self.path.exists():
-            with self.path.open(encoding="utf-8") as file:
-                found = file.readline().rstrip("\n")
+        if resume_at is not None and files.plain(self.path).exists():
+            found = _text_of(self.path).partition("\n")[0]
             if found != header:
-                raise SceneError(f"'{self.path}' holds other columns than this run writes: {found}")
+                raise SceneError(f"'{self.path}' holds other columns than this run writes: {_short(found)}")
             truncate(self.path, resume_at)
-            self._file = self.path.open("a", encoding="utf-8", newline="")
+            self._file = files.append(self.path)
         else:
-            self._file = self.path.open("w", encoding="utf-8", newline="")
+            self._file = files.begin(self.path)
             self._file.write(header + "\n")
         self._file.flush()
 
@@ -94,48 +93,68 @@ class HistoryWriter:
 def write_history(path: Path | str, units: Mapping[str, str], columns: Mapping[str, np.ndarray]) -> Path:
     """A whole history at once (derived ones, such as the crack tip), put in place when complete."""
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(path.name + ".tmp")
-    with temporary.open("w", encoding="utf-8", newline="") as file:
+    with files.whole(path) as file:
         file.write(_header(units) + "\n")
         for values in zip(*(columns[name] for name in units), strict=True):
             file.write(",".join(_text(v) for v in values) + "\n")
-    os.replace(temporary, path)
     return path
+
+
+def _text_of(path: Path) -> str:
+    """SceneError where there is none, or where it is no text."""
+    try:
+        return files.read_text(path)
+    except FileNotFoundError:
+        raise SceneError(f"there is no history '{path}'") from None
+    except UnicodeDecodeError:
+        raise SceneError(f"history '{path}' is not a text file") from None
+
+
+def _short(text: str) -> str:
+    text = " ".join(text.split())
+    return text if len(text) <= 100 else text[:97] + "..."
 
 
 def truncate(path: Path | str, time: float) -> int:
     """Drops the rows later than `time` [s] and an unfinished last one; returns how many are left."""
     path = Path(path)
-    lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+    lines = _text_of(path).splitlines(keepends=True)
+    columns = lines[0].count(",") if lines else 0
     kept = lines[:1]
-    for line in lines[1:]:
-        if not line.endswith("\n") or float(line.split(",", 1)[0]) > time * (1 + 1e-12):
+    for number, line in enumerate(lines[1:], start=2):
+        if not line.endswith("\n"):
+            break
+        try:
+            values = [float(value) for value in line.split(",")]
+            if len(values) != columns + 1:
+                raise ValueError
+        except ValueError:
+            raise SceneError(
+                f"history '{path}', line {number}: not {columns + 1} numbers; what was lost there cannot be made again"
+            ) from None
+        if values[0] > time * (1 + 1e-12):
             break
         kept.append(line)
-    temporary = path.with_name(path.name + ".tmp")
-    temporary.write_text("".join(kept), encoding="utf-8", newline="")
-    os.replace(temporary, path)
+    with files.whole(path) as file:
+        file.write("".join(kept))
     return len(kept) - 1
 
 
 def read_history(path: Path | str) -> History:
     """Reads a CSV with units in its header; an unfinished last row is left out."""
     path = Path(path)
+    text = _text_of(path)
     try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise SceneError(f"there is no history '{path}'") from None
-    except UnicodeDecodeError:
-        raise SceneError(f"history '{path}' is not a text file") from None
-    rows = list(csv.reader(text[: text.rfind("\n") + 1].splitlines()))
+        rows = list(csv.reader(text[: text.rfind("\n") + 1].splitlines()))
+    except csv.Error as error:
+        raise SceneError(f"history '{path}' is damaged ({error})") from None
     if not rows:
         raise SceneError(f"history '{path}' has no header")
     units: dict[str, str] = {}
     for title in rows[0]:
         match = _HEADER.match(title)
         if match is None:
-            raise SceneError(f"history '{path}': column '{title}' has no unit; write 'name [unit]'")
+            raise SceneError(f"history '{path}': column '{_short(title)}' has no unit; write 'name [unit]'")
         units[match["name"]] = match["unit"]
     values = np.empty((len(rows) - 1, len(units)))
     for number, row in enumerate(rows[1:], start=2):

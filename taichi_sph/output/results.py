@@ -7,6 +7,7 @@ today.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
@@ -36,7 +37,7 @@ def record_name(summary: dict[str, Any]) -> str:
     parts = [summary["scene"], summary["quality"], summary["settings"].get("formulation", "")]
     known = {"quality", "formulation", "spacing", "precision", "arch", "threads"}
     parts += [f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in summary["settings"].items() if k not in known]
-    return "-".join(str(p).replace("/", "_").replace(" ", "") for p in parts if p)
+    return re.sub(r"[/\\\0-\x1f]", "_", "-".join(str(p).replace(" ", "") for p in parts if p))
 
 
 def record_summary(run: RunFolder, folder: Path = FOLDER) -> Path:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..errors import SceneError
 from ..scene import Convergence, Scene, Study, load
-from . import checkpoint
+from . import checkpoint, files
 from .answer import count, in_words, quantity_text, tolerance_text
 from .folder import RunFolder, read_json, write_json
 from .record import commit, machine, scene_hash
@@ -26,9 +26,12 @@ SUMMED = ("nodes", "stress_points", "steps", "node_steps", "processor_seconds")
 
 def read_study(folder: Path | str) -> Study:
     """The study that a folder belongs to."""
-    found = load(Path(folder) / STUDY_FILE)
+    folder = Path(folder)
+    files.check_links(folder, (STUDY_FILE, "summary.json", "pictures"))
+    found = load(folder / STUDY_FILE)
     if not isinstance(found, Study):
-        raise SceneError(f"'{Path(folder) / STUDY_FILE}' holds a scene, not a study")
+        raise SceneError(f"'{folder / STUDY_FILE}' holds a scene, not a study")
+    files.check_links(folder, found.cases)
     return found
 
 

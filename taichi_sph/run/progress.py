@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 from typing import Any, TextIO
 
+from ..output import files
 from ..scene.units import show
 
 QUIET = 5.0  # s between plain lines, at least
@@ -48,7 +49,7 @@ class Progress:
 
     def log_to(self, path: Path, append: bool = False) -> None:
         """From now on, and for what was said before, also into this file."""
-        self._log = path.open("a" if append else "w", encoding="utf-8")
+        self._log = files.append(path) if append else files.begin(path)
         for line in self._pending:
             self._log.write(line + "\n")
         self._pending.clear()

@@ -13,12 +13,14 @@ import shutil
 import signal
 import threading
 import time as clock
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any, Protocol
 
 from ..errors import RunInterrupted, RunStopped, SceneError
+from ..output import files
+from ..output.lock import LOCK_FILE, locked
 from ..scene.schema import Scene
 from ..scene.script import dump, load_scene
 from ..scene.study import Study
@@ -32,8 +34,7 @@ LEAK_UNITS = {
     "escaped_mass": "kg", "escaped_count": "-", "rate": "kg/s", "jet_speed": "m/s", "jet_x": "-", "jet_y": "-", "jet_z": "-",
     "opening_area": "m2",
 }  # fmt: skip
-SCENE_FILE, SUMMARY_FILE, LOG_FILE = "scene.json", "summary.json", "log.txt"
-OURS = ("frames", "histories", "checkpoints", "stopped", "pictures", "record.json", SUMMARY_FILE, LOG_FILE)
+SCENE_FILE, SUMMARY_FILE, LOG_FILE, STOPPED = "scene.json", "summary.json", "log.txt", "stopped"
 
 
 class WorldLike(Protocol):
@@ -55,6 +56,8 @@ class WorldLike(Protocol):
     def bytes(self) -> int: ...
     @property
     def compile_seconds(self) -> float: ...
+    @property
+    def unset(self) -> Collection[str]: ...  # last parts of the names of what may hold a NaN or an infinity in `state`
 
     def advance_to(self, time: float) -> None: ...
     def probes(self) -> dict[str, dict[str, float]]: ...
@@ -128,7 +131,7 @@ def checked_plan(scene: Scene, arch: str) -> Plan:
 
     check_quantities(scene)
     p = plan(scene, speed.recall(scene, arch))
-    available = _memory()
+    available = files.memory()
     if available is not None and p.memory > available:
         raise SceneError(
             f"numerics.spacing {show(scene.numerics.spacing, 'm')} gives {p.nodes} nodes and needs about "
@@ -141,8 +144,11 @@ def check_out(out: Path, need: int, mark: str = SCENE_FILE) -> None:
     """`out` must be new, empty or an earlier run (or study, by its `mark`), writable, and on a disk with room."""
     if out.exists() and not out.is_dir():
         raise SceneError(f"--out '{out}' is a file; give a folder")
-    if out.is_dir() and any(out.iterdir()) and not (out / mark).is_file():
+    known = (mark, mark + ".tmp", LOCK_FILE)  # what a run that was killed at its very start may leave
+    if out.is_dir() and {p.name for p in out.iterdir()} - set(known) and not (out / mark).is_file():
         raise SceneError(f"--out '{out}' holds files that are not of a run; give a new or empty folder")
+    if out.is_dir():
+        files.check_links(out, (*files.RUN, *files.STUDIES))
     there = out
     while not there.exists():
         there = there.parent
@@ -159,7 +165,7 @@ def spare(out: Path) -> None:
         return
     if (out / SUMMARY_FILE).is_file():
         raise SceneError(f"'{out}' holds a finished run; replace it with --overwrite, or give another folder with --out")
-    if any((out / "checkpoints").glob("*")):
+    if any((out / "checkpoints").glob("*.checkpoint")):
         raise SceneError(f"'{out}' holds an interrupted run; go on with: taichi-sph resume {out}, or replace it with --overwrite")
 
 
@@ -184,17 +190,18 @@ def run(
     planned = checked_plan(scene, arch)
     check_out(out, planned.disk)
     tell_plan(scene, planned, progress)
-    with _signals() as asked:
-        clocks = Clocks(command=command or f"taichi-sph run {out / SCENE_FILE}", threads=threads or os.cpu_count() or 1)
-        sim = _simulation(scene, arch, threads, progress, simulation)
-        clocks.compile = sim.compile_seconds
-        _clear(out)
-        out.mkdir(parents=True, exist_ok=True)
-        (out / SCENE_FILE).write_text(dump(scene), encoding="utf-8")
-        progress.log_to(out / LOG_FILE)
-        session = _Session(scene, out, sim, arch, clocks, progress, asked, None)
-        session.compute()
-    return session.finish(pictures)
+    with locked(out, progress.say):
+        with _signals() as asked:
+            clocks = Clocks(command=command or f"taichi-sph run {out / SCENE_FILE}", threads=threads or os.cpu_count() or 1)
+            sim = _simulation(scene, arch, threads, progress, simulation)
+            clocks.compile = sim.compile_seconds
+            _clear(out)
+            with files.whole(out / SCENE_FILE) as file:
+                file.write(dump(scene))
+            progress.log_to(out / LOG_FILE)
+            session = _Session(scene, out, sim, arch, clocks, progress, asked, None)
+            session.compute()
+        return session.finish(pictures)
 
 
 def resume(
@@ -212,23 +219,34 @@ def resume(
     out = Path(out)
     if not (out / SCENE_FILE).is_file():
         raise SceneError(f"'{out}' is not a run: it has no {SCENE_FILE}")
-    if (out / SUMMARY_FILE).is_file():
-        raise SceneError(f"the run in '{out}' is finished: there is nothing to resume")
+    files.check_links(out, files.RUN)
     progress = progress or Progress()
-    scene = load_scene(out / SCENE_FILE)
-    saved = checkpoint.load(checkpoint.latest(out / "checkpoints"), record.scene_hash(scene))
-    progress.say(f"resuming '{scene.name}' at t = {show(saved.time, 's')}, step {saved.step}")
-    with _signals() as asked:
-        sim = _simulation(scene, arch, threads, progress, simulation)
-        sim.restore(saved.state)
-        known = {f.name for f in fields(Clocks)}
-        kept: dict[str, Any] = {"command": "", **{k: v for k, v in saved.extra.items() if k in known}}
-        clocks = Clocks(**(kept | {"threads": threads or os.cpu_count() or 1}))
-        clocks.compile += sim.compile_seconds
-        progress.log_to(out / LOG_FILE, append=True)
-        session = _Session(scene, out, sim, arch, clocks, progress, asked, saved.time)
-        session.compute()
-    return session.finish(pictures)
+    with locked(out, progress.say):
+        if (out / SUMMARY_FILE).is_file():
+            raise SceneError(f"the run in '{out}' is finished: there is nothing to resume")
+        scene = load_scene(out / SCENE_FILE)
+        saved, refused = checkpoint.newest_whole(out / "checkpoints", record.scene_hash(scene))
+        for path, why in refused.items():
+            progress.say(f"{why}; it was put aside as {checkpoint.put_aside(path).name}, the one before it is taken")
+        progress.say(f"resuming '{scene.name}' at t = {show(saved.time, 's')}, step {saved.step}")
+        with _signals() as asked:
+            sim = _simulation(scene, arch, threads, progress, simulation)
+            sim.restore(saved.state)
+            clocks = _clocks_of(saved.extra)
+            clocks.threads = threads or os.cpu_count() or 1
+            clocks.compile += sim.compile_seconds
+            progress.log_to(out / LOG_FILE, append=True)
+            session = _Session(scene, out, sim, arch, clocks, progress, asked, saved.time)
+            session.compute()
+        return session.finish(pictures)
+
+
+def _clocks_of(extra: dict[str, Any]) -> Clocks:
+    """The clocks that a checkpoint holds; what is missing there, or is no number, begins at nothing."""
+    found = {f.name: extra.get(f.name) for f in fields(Clocks)}
+    kept: dict[str, Any] = {k: v for k, v in found.items() if isinstance(v, str if k == "command" else int | float)}
+    every: dict[str, Any] = {"command": "", "threads": 1} | kept
+    return Clocks(**every)
 
 
 class _Session:
@@ -292,7 +310,7 @@ class _Session:
             self._loop()
         except RunStopped as stop:
             self._keep_stopped()
-            self.progress.say(f"the state was saved in {self.out / 'stopped'}")
+            self.progress.say(f"the state was saved in {self.out / STOPPED}")
             self.progress.note(str(stop))
             raise
         except RunInterrupted as interrupt:
@@ -355,7 +373,9 @@ class _Session:
             scene_hash=record.scene_hash(self.scene),
             time=self.sim.time,
             step=self.sim.step,
+            dt=self.sim.dt,
             state=self.sim.state(),
+            unset=None if folder == STOPPED else self.sim.unset,
             keep=self.scene.output.keep_checkpoints,
             extra=asdict(self.clocks),
         )
@@ -369,7 +389,7 @@ class _Session:
 
     def _keep_stopped(self) -> None:
         """Beside the checkpoints, not among them: a resume must not start from a state that failed."""
-        self._checkpoint("stopped")
+        self._checkpoint(STOPPED)
         with contextlib.suppress(ValueError):
             self.frames.append(self.sim.frame())
 
@@ -511,17 +531,11 @@ def _signals() -> Iterator[list[str]]:
 
 def _clear(out: Path) -> None:
     """Removes what an earlier run left, and nothing else."""
-    for name in OURS if (out / SCENE_FILE).is_file() else ():
+    for name in files.RUN if (out / SCENE_FILE).is_file() else ():
+        if name == SCENE_FILE:  # replaced when the new one is complete
+            continue
         path = out / name
         if path.is_dir():
             shutil.rmtree(path)
         else:
             path.unlink(missing_ok=True)
-
-
-def _memory() -> int | None:
-    """Bytes of main memory, None where the system does not say."""
-    try:
-        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    except (AttributeError, ValueError, OSError):
-        return None

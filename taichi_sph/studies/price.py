@@ -30,6 +30,8 @@ import numpy as np
 
 from ..bodies.fluid.said import Fluid
 from ..errors import RunInterrupted, RunStopped, SceneError, TaichiSphError, nearest
+from ..output import files
+from ..output.lock import locked
 from ..run import session as running
 from ..run.progress import Progress, bytes_text
 from ..scene import MeshFile, Scene, Shell, Study
@@ -441,61 +443,60 @@ def main(
     progress.say(f"{scene.title} ({scene.name}, {scene.quality}): {len(chosen)} points, {workers} at a time")
     for name, why in left_out.items():
         progress.say(f"left out: {name}, {why}")
-    out.mkdir(parents=True, exist_ok=True)
-    write_json(out / sweep.MARK, {"scene": scene.name, "base": base, "design": chosen, "command": command})
-    all_results: list[dict[str, Any]] = []
+    with locked(out, progress.say):
+        write_json(out / sweep.MARK, {"scene": scene.name, "base": base, "design": chosen, "command": command})
+        all_results: list[dict[str, Any]] = []
 
-    def run(points: Sequence[Settings]) -> list[dict[str, Any]]:
-        tasks = [sweep.task(path, base, settings, arch=arch, threads=threads, patience=patience) for settings in points]
-        results = sweep.run_points(tasks, out / "points", scheduler=scheduler, workers=workers, progress=progress)
-        all_results.extend(results)
-        return results
+        def run(points: Sequence[Settings]) -> list[dict[str, Any]]:
+            tasks = [sweep.task(path, base, settings, arch=arch, threads=threads, patience=patience) for settings in points]
+            results = sweep.run_points(tasks, out / "points", scheduler=scheduler, workers=workers, progress=progress)
+            all_results.extend(results)
+            return results
 
-    try:
-        points = [point(name, result) for name, result in zip(chosen, run(list(chosen.values())))]
-        if points[0]["status"] != "done":
-            raise RunStopped(f"the scene as it is gives no answer: {points[0]['sentence']}")
-        entries = all_results[0]["summary"]["quantities"]
-        names, counts = judged(entries, quantities)
-        series = [p for p in points if p["status"] == "done" and _only_spacing(p["settings"])]
-        refs = references(points[0], names, series, entries)
-        thesis = next((name for name in (THESIS, PAPER) if name in chosen and scene.shells), None)
-        measure = "processor" if points[0]["processor"] >= LEAST else "node_steps"
-        for p in points:
-            p["error"], p["cost"] = error_of(p, refs, counts), p[measure]
-        if seeds and any(shell.material.critical_damage is not None for shell in scene.shells):
-            _perturb(points, run, seeds, refs, counts, thesis)
-    except (KeyboardInterrupt, RunInterrupted):
-        raise RunInterrupted(f"interrupted; the points that are done were kept, go on with: {command}") from None
-    found = {
-        "scene": scene.name,
-        "title": scene.title,
-        "quality": scene.quality,
-        "settings": base,
-        "command": command,
-        "commit": commit(),
-        "machine": machine(),
-        "seconds": sum(p["seconds"] or 0.0 for p in points),
-        "references": refs,
-        "counts": counts,
-        "thesis": thesis,
-        "cost": measure,
-        "points": points,
-        "front": front(points),
-        "qualities": qualities(points),
-        "quality_rule": QUALITY_RULE,
-        "left_out": left_out,
-    }
-    words = sentences(found)
-    found["words"] = words
-    for written in _write(found, all_results, out, progress):
-        progress.say(f"written: {written}")
-    if record:
-        for written in _record(found, out):
-            progress.say(f"recorded: {written}")
-    for line in ("", *words):
-        progress.say(line)
-    return out
+        try:
+            points = [point(name, result) for name, result in zip(chosen, run(list(chosen.values())))]
+            if points[0]["status"] != "done":
+                raise RunStopped(f"the scene as it is gives no answer: {points[0]['sentence']}")
+            entries = all_results[0]["summary"]["quantities"]
+            names, counts = judged(entries, quantities)
+            series = [p for p in points if p["status"] == "done" and _only_spacing(p["settings"])]
+            refs = references(points[0], names, series, entries)
+            thesis = next((name for name in (THESIS, PAPER) if name in chosen and scene.shells), None)
+            measure = "processor" if points[0]["processor"] >= LEAST else "node_steps"
+            for p in points:
+                p["error"], p["cost"] = error_of(p, refs, counts), p[measure]
+            if seeds and any(shell.material.critical_damage is not None for shell in scene.shells):
+                _perturb(points, run, seeds, refs, counts, thesis)
+        except (KeyboardInterrupt, RunInterrupted):
+            raise RunInterrupted(f"interrupted; the points that are done were kept, go on with: {command}") from None
+        found = {
+            "scene": scene.name,
+            "title": scene.title,
+            "quality": scene.quality,
+            "settings": base,
+            "command": command,
+            "commit": commit(),
+            "machine": machine(),
+            "seconds": sum(p["seconds"] or 0.0 for p in points),
+            "references": refs,
+            "counts": counts,
+            "thesis": thesis,
+            "cost": measure,
+            "points": points,
+            "front": front(points),
+            "qualities": qualities(points),
+            "quality_rule": QUALITY_RULE,
+            "left_out": left_out,
+        }
+        found["words"] = sentences(found)
+        for written in _write(found, all_results, out, progress):
+            progress.say(f"written: {written}")
+        if record:
+            for written in _record(found, out):
+                progress.say(f"recorded: {written}")
+        for line in ["", *sentences(found)]:
+            progress.say(line)
+        return out
 
 
 def _affordable(path: Path, base: Settings, wanted: Mapping[str, Settings], most: float) -> tuple[dict[str, Settings], dict[str, str]]:
@@ -548,7 +549,8 @@ def _write(found: dict[str, Any], results: Sequence[dict[str, Any]], out: Path, 
     chosen = [f"{q} = {found['qualities'][q]}" for q in ("draft", "standard", "paper") if q in found["qualities"]]
     lines += ["", table(found), "", f"Qualities by the rule ({QUALITY_RULE}): {', '.join(chosen)}.", ""]
     lines += [f"Left out: {name}, {why}." for name, why in found["left_out"].items()]
-    (out / "price.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with files.whole(out / "price.md") as file:
+        file.write("\n".join(lines) + "\n")
     written.append(out / "price.md")
     if running.can_draw(progress):
         from ..render.prices import render_price

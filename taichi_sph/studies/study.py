@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import RunInterrupted, RunStopped, TaichiSphError
+from ..output import files
+from ..output.lock import locked
 from ..run import session as running
 from ..run.plan import Plan
 from ..run.progress import Progress, bytes_text, duration_text
@@ -29,18 +31,41 @@ def run_study(
     command: str = "",
     simulation: Callable[..., running.WorldLike] | None = None,
 ) -> Path:
-    """Runs what is not finished yet (all cases anew with `overwrite`), then judges all. SceneError before anything is written;
-    RunStopped at the end when a case failed."""
-    from ..output.folder import read_json
-    from ..output.study import STUDY_FILE, case_answer, finished, interrupted, study_answer, write_study_summary
+    """Runs what is not finished yet (all cases anew with `overwrite`), then judges all.
+
+    SceneError before anything is written; RunStopped at the end when a case failed."""
+    from ..output.study import STUDY_FILE
 
     out = out or running.default_out(study)
     progress = Progress()
     plans = plan_study(study, arch)
     running.check_out(out, sum(p.disk for p in plans.values()), STUDY_FILE)
+    files.check_links(out, study.cases)
     tell_study(study, plans, progress)
-    out.mkdir(parents=True, exist_ok=True)
-    (out / STUDY_FILE).write_text(dump(study), encoding="utf-8")
+    how: dict[str, Any] = {"arch": arch, "threads": threads, "simulation": simulation}
+    with locked(out, progress.say):
+        return _run_cases(study, out, plans, progress, overwrite=overwrite, pictures=pictures, command=command, **how)
+
+
+def _run_cases(
+    study: Study,
+    out: Path,
+    plans: dict[str, Plan],
+    progress: Progress,
+    *,
+    overwrite: bool,
+    arch: str,
+    threads: int | None,
+    pictures: bool,
+    command: str,
+    simulation: Callable[..., running.WorldLike] | None,
+) -> Path:
+    """`run_study`, in a folder that is ours alone."""
+    from ..output.folder import read_json
+    from ..output.study import STUDY_FILE, case_answer, finished, interrupted, study_answer, write_study_summary
+
+    with files.whole(out / STUDY_FILE) as file:
+        file.write(dump(study))
     (out / running.SUMMARY_FILE).unlink(missing_ok=True)
     command = command or f"taichi-sph run {out / STUDY_FILE}"
     failed: dict[str, str] = {}

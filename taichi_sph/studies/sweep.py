@@ -28,6 +28,8 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import RunInterrupted, RunStopped, SceneError, TaichiSphError, nearest
+from ..output import files
+from ..output.lock import locked
 from ..run import session as running
 from ..run.progress import Progress, duration_text
 from ..scene import Numerics, Scene, Study
@@ -203,30 +205,46 @@ def run_points(
 
     scheduler: address of a Dask cluster, None for `workers` processes at a time here.
     """
-    from ..output.folder import write_json
-
     progress = progress or Progress()
-    folder.mkdir(parents=True, exist_ok=True)
+    files.plain(folder).mkdir(parents=True, exist_ok=True)
     found = {point["id"]: result for point in tasks if (result := _known(folder, point))}
     open_ = {point["id"]: point for point in tasks if point["id"] not in found}
     if found:
         progress.say(f"{len(found)} of {len({p['id'] for p in tasks})} points are done already and kept")
     run = _on_cluster(open_, scheduler, worker) if scheduler else _here(open_, workers, worker)
     total = len(found) + len(open_)
-    for result in run:
-        write_json(folder / f"{result['id']}.json", result)  # whole or not at all
-        found[result["id"]] = result
+    for point, returned in run:
+        result = _believed(point, returned)
+        files.write_json(folder / f"{point['id']}.json", result)  # whole or not at all
+        found[point["id"]] = result
         progress.say(f"{len(found)} of {total}: {words(result['settings'])}: {_said(result)}")
     return [found[point["id"]] for point in tasks]
+
+
+def _believed(point: Mapping[str, Any], returned: Any) -> dict[str, Any]:
+    """The result of a point. Of what a worker returns only the summary and the sentence count: the point, its name on disk and its
+    scene are what it was asked for, whatever the worker says."""
+    try:
+        summary, sentence = returned["summary"], returned["sentence"]
+        if summary is None and isinstance(sentence, str):
+            return _result(point, None, sentence)
+        _said(_result(point, summary, ""))
+        rows([_result(point, summary, "")])
+        return _result(point, json.loads(json.dumps(summary)), "")
+    except (KeyError, TypeError, AttributeError, ValueError, RecursionError) as error:
+        return _result(point, None, f"its worker returned no result of this package ({type(error).__name__})")
 
 
 def _known(folder: Path, point: Mapping[str, Any]) -> dict[str, Any] | None:
     """The stored result of a point that is done, if it was of this very scene."""
     try:
-        result = json.loads((folder / f"{point['id']}.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        stored = files.read_json(folder / f"{point['id']}.json")
+        if stored["status"] != "done" or stored["scene_hash"] != point["scene_hash"]:
+            return None
+    except (SceneError, KeyError, TypeError):
         return None
-    return result if result["status"] == "done" and result["scene_hash"] == point["scene_hash"] else None
+    result = _believed(point, stored)
+    return result if result["status"] == "done" else None
 
 
 def _said(result: Mapping[str, Any]) -> str:
@@ -235,20 +253,23 @@ def _said(result: Mapping[str, Any]) -> str:
     return f"done in {duration_text(sum(result['summary']['seconds'].values()))}"
 
 
-def _here(tasks: Mapping[str, Any], workers: int, worker: Callable[..., Any]) -> Iterator[dict[str, Any]]:
-    """On this machine: threads that wait for processes."""
+def _here(tasks: Mapping[str, Any], workers: int, worker: Callable[..., Any]) -> Iterator[tuple[dict[str, Any], Any]]:
+    """On this machine: threads that wait for processes. Each point with what came of it."""
     from concurrent.futures import ThreadPoolExecutor, as_completed
 
     pool = ThreadPoolExecutor(max(workers, 1))
     try:
-        for future in as_completed([pool.submit(worker, point) for point in tasks.values()]):
-            yield future.result()
+        futures = {pool.submit(worker, point): point for point in tasks.values()}
+        for future in as_completed(futures):
+            yield futures[future], future.result()
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _on_cluster(tasks: Mapping[str, Any], scheduler: str, worker: Callable[..., Any]) -> Iterator[dict[str, Any]]:
-    """On the workers of a Dask cluster. A point whose worker died is given to another one, by Dask itself, three times."""
+def _on_cluster(tasks: Mapping[str, Any], scheduler: str, worker: Callable[..., Any]) -> Iterator[tuple[dict[str, Any], Any]]:
+    """On the workers of a Dask cluster, each point with what came of it.
+
+    A point whose worker died is given to another one, by Dask itself, three times."""
     try:
         from distributed import Client, as_completed
     except ImportError:
@@ -261,9 +282,9 @@ def _on_cluster(tasks: Mapping[str, Any], scheduler: str, worker: Callable[..., 
         session = uuid.uuid4().hex[:8]  # the scheduler must not hand back what it remembers of an earlier sweep
         futures = {client.submit(worker, point, key=f"taichi-sph-{session}-{name}", pure=False): point for name, point in tasks.items()}
         for future in as_completed(futures, loop=client.loop):
-            broke = future.exception()
-            said = f"{type(broke).__name__}: {broke}".replace("\n", " ")
-            yield future.result() if broke is None else _result(futures[future], None, said)
+            failed = future.exception()
+            said = f"{type(failed).__name__}: {failed}".replace("\n", " ")
+            yield futures[future], future.result() if failed is None else _result(futures[future], None, said)
 
 
 # --- the table --------------------------------------------------------------------------------------
@@ -298,7 +319,9 @@ def write_table(table: Sequence[Mapping[str, Any]], out: Path) -> list[Path]:
     writer = csv.DictWriter(text, fieldnames=list(table[0]), lineterminator="\n")
     writer.writeheader()
     writer.writerows(table)
-    written = [_whole(out / "results.csv", text.getvalue().encode())]
+    with files.whole(out / "results.csv") as file:
+        file.write(text.getvalue())
+    written = [out / "results.csv"]
     try:
         import pyarrow
         import pyarrow.parquet
@@ -310,17 +333,9 @@ def write_table(table: Sequence[Mapping[str, Any]], out: Path) -> list[Path]:
             columns[name] = [None if v is None else str(v) for v in values]
         elif any(isinstance(v, float) for v in values):
             columns[name] = [None if v is None else float(v) for v in values]
-    buffer = io.BytesIO()
-    pyarrow.parquet.write_table(pyarrow.table(columns), buffer)
-    return [*written, _whole(out / "results.parquet", buffer.getvalue())]
-
-
-def _whole(path: Path, content: bytes) -> Path:
-    """Writes a file whole or not at all."""
-    temporary = path.with_name(path.name + ".tmp")
-    temporary.write_bytes(content)
-    os.replace(temporary, path)
-    return path
+    with files.whole(out / "results.parquet", "wb") as file:
+        pyarrow.parquet.write_table(pyarrow.table(columns), file)
+    return [*written, out / "results.parquet"]
 
 
 # --- the command ------------------------------------------------------------------------------------
@@ -342,8 +357,6 @@ def main(
 ) -> Path:
     """Runs what is not done yet of a sweep and writes its table. SceneError before anything is written; RunStopped at the
     end where points failed. alone: one setting at a time."""
-    from ..output.folder import write_json
-
     found = load(path, base)
     design = varied(path, found, pairs)
     if not design:
@@ -356,14 +369,14 @@ def main(
     tasks = [task(path, base, settings, arch=arch, threads=threads, patience=patience) for settings in points]
     where = f"on {scheduler}" if scheduler else f"here, {workers} at a time"
     progress.say(f"{found.title}: {len(points)} points, {where}")
-    out.mkdir(parents=True, exist_ok=True)
-    write_json(out / MARK, {"scene": found.name, "base": base, "design": design, "one_at_a_time": alone, "command": command})
-    try:
-        results = run_points(tasks, out / "points", scheduler=scheduler, workers=workers, progress=progress)
-    except (KeyboardInterrupt, RunInterrupted):
-        raise RunInterrupted(f"interrupted; the points that are done were kept, go on with: {command}") from None
-    for written in write_table(rows(results), out):
-        progress.say(f"written: {written}")
+    with locked(out, progress.say):
+        files.write_json(out / MARK, {"scene": found.name, "base": base, "design": design, "one_at_a_time": alone, "command": command})
+        try:
+            results = run_points(tasks, out / "points", scheduler=scheduler, workers=workers, progress=progress)
+        except (KeyboardInterrupt, RunInterrupted):
+            raise RunInterrupted(f"interrupted; the points that are done were kept, go on with: {command}") from None
+        for written in write_table(rows(results), out):
+            progress.say(f"written: {written}")
     failed = sum(r["status"] == "failed" for r in results)
     if failed:
         raise RunStopped(f"{failed} of {len(results)} points failed; column 'sentence' of {out / 'results.csv'} says why")

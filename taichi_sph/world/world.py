@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 import time as clock
+from typing import Any
 
 import numpy as np
 
 from .. import runtime
+from ..bodies import kinds as body_kinds
 from ..bodies.body import Now, common_schedule
-from ..bodies.fluid import group as fluids
-from ..bodies.rigid import group as rigids
-from ..bodies.shell_sph import group as shells
-from ..couplings.contact import coupling as contacts
+from ..couplings import kinds as coupling_kinds
 from ..errors import SceneError
 from ..frame import Frame
 from ..observers.leak import LeakGauge
@@ -41,9 +40,10 @@ class World:
         self.relaxation = None
         self.stepping = 0.0  # s of wall clock in steps
         self.refit = False  # dt is too long now; it changes when all groups are due
-        self.groups = [*shells.groups(scene), *rigids.groups(scene)]
-        self.groups += fluids.groups(scene, self.groups)
-        self.couplings = [*contacts.couplings(scene, self.groups)]
+        self.groups: list[Any] = []
+        for kind in body_kinds():
+            self.groups += kind.make(scene, self.groups)
+        self.couplings = [made for kind in coupling_kinds() for made in kind.make(scene, self.groups)]
         self.every = common_schedule(self.groups)
         self.leak = LeakGauge(self.shell, self._only("fluid")) if any(getattr(f.fill, "shell", None) for f in scene.fluids) else None
         self._probed = [(p, self.shell.probed(p.point)) for p in scene.output.probes]
@@ -109,6 +109,9 @@ class World:
         steps: dict[str, float] = {}
         for group in self.groups:
             for rule, longest in group.longest_step().items():
+                steps[rule] = min(longest, steps.get(rule, math.inf))
+        for coupling in self.couplings:
+            for rule, longest in coupling.longest_step().items():
                 steps[rule] = min(longest, steps.get(rule, math.inf))
         return steps or {"the smallest pinball": self._only("rigid").alone()}
 
@@ -231,6 +234,9 @@ class World:
         """All that keeps history."""
         others = [part for part in (self.leak, self.relaxation) if part is not None]
         return [*self.groups, *self.couplings, *others]
+
+    # last parts of names in `state`: what may be no finite number, for it has not happened yet
+    unset = frozenset({"rupture_time", "numbers"})
 
     def state(self) -> dict[str, np.ndarray]:
         """All that is history, for a checkpoint."""

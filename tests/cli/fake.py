@@ -17,6 +17,7 @@ STEPS = 40  # over the duration
 class FakeWorld:
     """What run.py needs of a World; `stop_at` makes the watchdog bite at that step."""
 
+    unset = ()
     stop_at: int | None = None
     on_step: Any = None  # called with the simulation after each step
     asked: list[dict[str, Any]] = []

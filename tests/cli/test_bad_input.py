@@ -118,7 +118,7 @@ def foreign(path: Path) -> None:
     from taichi_sph.output import checkpoint
 
     saved = checkpoint.load(path)
-    checkpoint.save(path.parent, scene_hash="0", time=saved.time, step=saved.step, state=saved.state, keep=2)
+    checkpoint.save(path.parent, scene_hash="0", time=saved.time, step=saved.step, dt=saved.dt, state=saved.state, keep=2)
 
 
 def other_arrays(path: Path) -> None:
@@ -128,7 +128,7 @@ def other_arrays(path: Path) -> None:
 
     scene = load_scene(path.parents[1] / "scene.json")
     checkpoint.save(
-        path.parent, scene_hash=scene_hash(scene), time=1e-5, step=int(path.stem.split("_")[1]), state={"y": np.zeros(3)}, keep=2
+        path.parent, scene_hash=scene_hash(scene), time=1e-5, step=int(path.stem.split("_")[1]), dt=1.0, state={"y": np.zeros(3)}, keep=2
     )
 
 
@@ -142,8 +142,7 @@ def broken_scene(path: Path) -> None:
 
 
 def none_left(path: Path) -> None:
-    for each in path.parent.iterdir():
-        each.unlink()
+    path.unlink()
 
 
 CHECKPOINTS = [
@@ -163,8 +162,36 @@ def test_checkpoints(call, work, fake, scene_file, spoil, said):
     fake.on_step = lambda sim: sim.step == 30 and signal_self()
     code, _, _ = call("run", "small.json", "--out", "r", "--no-pictures")
     assert code == 130
-    spoil(sorted((work / "r" / "checkpoints").iterdir())[-1])
+    older, path = sorted((work / "r" / "checkpoints").iterdir())
+    older.unlink()
+    spoil(path)
     refused(call("resume", "r"), files(work), work, said)
+
+
+def test_a_damaged_newest_checkpoint_is_passed_over_for_the_one_before_it(call, work, fake, scene_file):
+    fake.on_step = lambda sim: sim.step == 30 and signal_self()
+    assert call("run", "small.json", "--out", "r", "--no-pictures")[0] == 130
+    older, newest = sorted((work / "r" / "checkpoints").iterdir())
+    flip_a_bit(newest)
+    fake.on_step = None
+    code, out, err = call("resume", "r", "--no-pictures")
+    assert (code, err) == (0, "") and "step 20" in out
+    assert f"{newest.name}' is damaged" in out and f"put aside as {newest.name}.damaged, the one before it is taken" in out
+    assert call("run", "small.json", "--out", "whole", "--no-pictures")[0] == 0
+    records = [json.loads((work / name / "record.json").read_text())["result_hash"] for name in ("r", "whole")]
+    assert records[0] == records[1]
+
+
+def test_where_no_checkpoint_is_whole_one_sentence_names_all(call, work, fake, scene_file):
+    fake.on_step = lambda sim: sim.step == 30 and signal_self()
+    assert call("run", "small.json", "--out", "r", "--no-pictures")[0] == 130
+    older, newest = sorted((work / "r" / "checkpoints").iterdir())
+    cut_off(older)
+    empty(newest)
+    before = files(work)
+    result = call("resume", "r")
+    refused(result, before, work, f"{newest.name}' is not a checkpoint of this package; nor can an older one be used: ")
+    assert f"{older.name}' is cut off" in result[2]
 
 
 def signal_self() -> None:

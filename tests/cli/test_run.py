@@ -160,7 +160,7 @@ def test_arch_and_threads_arrive(call, fake, scene_file):
 
 
 def test_a_scene_that_needs_more_memory_than_there_is(call, work, fake, scene_file, monkeypatch):
-    monkeypatch.setattr("taichi_sph.run.session._memory", lambda: 1000)
+    monkeypatch.setattr("taichi_sph.output.files.memory", lambda: 1000)
     code, _, err = call("run", "small.json")
     assert code == 2 and "of memory; this machine has 1 kB" in err
 

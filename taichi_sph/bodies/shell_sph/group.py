@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from ...frame import BodyFrame
 from ...geometry.cuts import cells_cut
 from ...numerics.reduce import BLOCK, Reducer, fastest
 from ...scene.schema import Scene
-from ..body import Entries, Now, Rest, Span
+from ..body import Entries, Group, Now, Rest, Span
 from ..nodal.loads import Loads
 from ..nodal.motion import kick_and_drift
 from .build import build, initial_velocity, node_forces, node_moments, node_motions, rise
@@ -28,7 +29,7 @@ from .stress import stored_energy
 from .viscosity import PairViscosity
 
 
-def groups(scene: Scene) -> list[ShellGroup]:
+def groups(scene: Scene, others: Sequence[Group] = ()) -> list[ShellGroup]:
     """The groups of the scene's shells."""
     return [ShellGroup(scene)] if scene.shells else []
 
