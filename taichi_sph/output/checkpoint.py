@@ -15,8 +15,9 @@ import os
 import re
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
+from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any
 
 import numpy as np
 
@@ -112,11 +113,8 @@ def save(
     path = folder / f"step_{step:09d}{SUFFIX}"
     with files.whole(path, "wb") as file:
         digest = hashlib.sha256()
-        for part in (
-            MAGIC,
-            json.dumps(header).encode() + b"\n",
-            *(np.ascontiguousarray(a).reshape(-1).view(np.uint8) for a in arrays.values()),
-        ):
+        bits: list[Any] = [np.ascontiguousarray(a).reshape(-1).view(np.uint8) for a in arrays.values()]
+        for part in (MAGIC, json.dumps(header).encode() + b"\n", *bits):
             digest.update(part)
             file.write(part)
         file.write(digest.digest())
@@ -180,7 +178,7 @@ def load(path: Path | str, scene_hash: str | None = None) -> Checkpoint:
         raise refuse(f"has a damaged header ({type(error).__name__})") from None
 
 
-def _read(file: BinaryIO, size: int, path: Path, scene_hash: str | None, refuse: Callable[[str], SceneError]) -> Checkpoint:
+def _read(file: BufferedReader, size: int, path: Path, scene_hash: str | None, refuse: Callable[[str], SceneError]) -> Checkpoint:
     """The content of an open file of `size` bytes. No array is allocated before the file is known to be as long as the header says."""
     first = file.readline(len(MAGIC))
     if first != MAGIC:
@@ -210,7 +208,7 @@ def _read(file: BinaryIO, size: int, path: Path, scene_hash: str | None, refuse:
         raw = array.reshape(-1).view(np.uint8)
         if file.readinto(raw.data) != raw.size:
             raise refuse("is cut off: its arrays are longer than the file")
-        digest.update(raw)
+        digest.update(raw.data)
         state[name] = array
     if digest.digest() != file.read(SUM):
         raise refuse("is damaged: its checksum does not match its content")

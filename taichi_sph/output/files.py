@@ -12,8 +12,9 @@ import json
 import os
 import stat
 from collections.abc import Iterable, Iterator
+from io import BufferedReader
 from pathlib import Path
-from typing import Any, BinaryIO, TextIO
+from typing import Any, TextIO
 
 from ..errors import SceneError
 
@@ -63,7 +64,7 @@ def check_links(folder: Path, names: Iterable[str]) -> None:
 def whole(path: Path, mode: str = "w") -> Iterator[Any]:
     """A new file, put in place when it is complete, so that a reader never meets half a file. Mode "w" (UTF-8) or "wb"."""
     temporary = fresh(path)
-    options = {} if "b" in mode else {"encoding": "utf-8", "newline": ""}
+    options: dict[str, Any] = {} if "b" in mode else {"encoding": "utf-8", "newline": ""}
     with temporary.open(mode.replace("w", "x"), **options) as file:  # "x" never goes through a link
         yield file
     os.replace(temporary, plain(path))
@@ -90,7 +91,7 @@ def begin(path: Path) -> TextIO:
     return path.open("x", encoding="utf-8", newline="")
 
 
-def read(path: Path) -> BinaryIO:
+def read(path: Path) -> BufferedReader:
     """An ordinary file, opened for reading bytes; a folder or a link is refused."""
     return open(plain(path), "rb", opener=lambda name, flags: os.open(name, flags | _NOFOLLOW))
 
