@@ -211,7 +211,7 @@ def _read(file: BufferedReader, size: int, path: Path, scene_hash: str | None, r
         raw = _bytes(array)
         if file.readinto(raw) != raw.nbytes:
             raise refuse("is cut off: its arrays are longer than the file")
-        digest.update(raw.data)
+        digest.update(raw)
         state[name] = array
     if digest.digest() != file.read(SUM):
         raise refuse("is damaged: its checksum does not match its content")
