@@ -22,6 +22,7 @@ from .collocation import Collocation
 from .edge_filter import THESIS_STEP, EdgeFilter
 from .galerkin import Galerkin
 from .metal import thicknesses
+from .port import ShellSurface
 from .pressure import BOOK, START, SurfacePressure
 from .rupture import Rupture
 from .spin_filter import SpinFilter
@@ -201,6 +202,9 @@ class ShellGroup(Rest):
             for letter, field in (("u", self.nodes.u), ("v", self.nodes.v))
             for c, axis in enumerate("xyz")
         }
+
+    def surface(self) -> ShellSurface | None:
+        return ShellSurface(self) if self.nodes.bends else None
 
     def pools(self) -> list[Pool]:
         """All that has fields or history; what the links and the internal forces renew follows from nodes and cells."""
