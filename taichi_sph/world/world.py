@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 import time as clock
+from typing import Any
 
 import numpy as np
 
 from .. import runtime
+from ..bodies import kinds as body_kinds
 from ..bodies.body import Now, common_schedule
-from ..bodies.fluid import group as fluids
-from ..bodies.rigid import group as rigids
-from ..bodies.shell_sph import group as shells
-from ..couplings.contact import coupling as contacts
+from ..couplings import kinds as coupling_kinds
 from ..errors import SceneError
 from ..frame import Frame
 from ..observers.leak import LeakGauge
@@ -42,9 +41,10 @@ class World:
         self.relaxation = None
         self.stepping = 0.0  # s of wall clock in steps
         self.refit = False  # dt is too long now; it changes when all groups are due
-        self.groups = [*shells.groups(scene), *rigids.groups(scene)]
-        self.groups += fluids.groups(scene, self.groups)
-        self.couplings = [*contacts.couplings(scene, self.groups)]
+        self.groups: list[Any] = []
+        for kind in body_kinds():
+            self.groups += kind.make(scene, self.groups)
+        self.couplings = [made for kind in coupling_kinds() for made in kind.make(scene, self.groups)]
         self.every = common_schedule(self.groups)
         self.leak = LeakGauge(self.shell, self._only("fluid")) if any(getattr(f.fill, "shell", None) for f in scene.fluids) else None
         self._probed = [(p, group, group.probed(p.point, p.body)) for p in scene.output.probes for group in [self.group_of(p.body)]]
@@ -114,6 +114,9 @@ class World:
         steps: dict[str, float] = {}
         for group in self.groups:
             for rule, longest in group.longest_step().items():
+                steps[rule] = min(longest, steps.get(rule, math.inf))
+        for coupling in self.couplings:
+            for rule, longest in coupling.longest_step().items():
                 steps[rule] = min(longest, steps.get(rule, math.inf))
         return steps or {"the smallest pinball": self._only("rigid").alone()}
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -12,8 +13,8 @@ from ...frame import BodyFrame
 from ...geometry.cuts import cells_cut
 from ...numerics.reduce import BLOCK, Reducer, fastest
 from ...pool import Pool
-from ...scene import Scene
-from ..body import Entries, Now, Rest, Span
+from ...scene.schema import Scene
+from ..body import Entries, Group, Now, Rest, Span
 from ..nodal.loads import Loads
 from ..nodal.motion import kick_and_drift
 from ..nodal.slow import SlowNodes
@@ -32,7 +33,7 @@ from .stress import stored_energy
 from .viscosity import PairViscosity
 
 
-def groups(scene: Scene) -> list[ShellGroup]:
+def groups(scene: Scene, others: Sequence[Group] = ()) -> list[ShellGroup]:
     """The groups of the scene's shells: one for each set of laws. The pools of the second are called "nodes_2" and so on."""
     return [ShellGroup(scene, shells, f"_{k}" if k > 1 else "") for k, shells in enumerate(alike(scene), start=1)]
 

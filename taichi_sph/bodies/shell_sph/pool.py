@@ -13,10 +13,10 @@ import numpy as np
 from ... import runtime
 from ...errors import SceneError
 from ...geometry.mesh import SurfaceMesh
+from ...laws.necking import rupture_strain
 from ...pool import Pool
 from ...runtime import ti
 from ...scene.materials import Material
-from ...scene.necking import rupture_strain
 from ..nodal.nodes import Nodes
 
 
