@@ -19,9 +19,11 @@ from ..geometry.mesh import SurfaceMesh
 from ..geometry.normals import report
 from ..geometry.regions import inside
 from ..geometry.surfaces import mesh_of
+from ..output import files
 from ..scene import Body, Numerics, Scene, Shell
 from ..scene.surfaces import MeshFile, Plate
 from ..scene.units import show
+from .counts import check_counts
 from .overlap import check_overlaps
 
 # measured on scenes/beam_impact.py, f64: bytes of fields per node by formulation and cells; bending adds to them
@@ -87,15 +89,18 @@ class Plan:
         return sum(body.nodes for body in self.bodies)
 
 
-def make(scene: Scene) -> Made:
-    """The meshes of the shells and the fillings of the fluids."""
+def make(scene: Scene, memory_there: int | None = None) -> Made:
+    """The meshes of the shells and the fillings of the fluids; SceneError where those would not fit into `memory_there` bytes."""
     meshes = {shell.name: mesh_of(shell, scene) for shell in scene.shells}
+    check_counts(scene, memory_there, meshes)
     return Made(meshes, {f.name: fill_fluid(f, scene, meshes.get(getattr(f.fill, "shell", ""))) for f in scene.fluids})
 
 
 def plan(scene: Scene, node_steps_per_second: float = 1e6) -> Plan:
     """Checks the scene against its meshes (SceneError) and estimates the run."""
-    made = make(scene)
+    memory_there = files.memory()
+    check_counts(scene, memory_there)  # before anything is made
+    made = make(scene, memory_there)
     _check_regions(scene, made.meshes)
     _check_cuts(scene, made.meshes)
     _check_modes(scene, made.meshes)
