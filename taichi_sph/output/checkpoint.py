@@ -17,7 +17,6 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from io import BufferedReader
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -43,6 +42,10 @@ class Checkpoint:
     dt: float
     state: dict[str, np.ndarray]
     extra: dict[str, object] = field(default_factory=dict)
+
+
+def _bytes(array: np.ndarray) -> memoryview:
+    return np.ascontiguousarray(array).reshape(-1).view(np.uint8).data
 
 
 def state_hash(state: dict[str, np.ndarray]) -> str:
@@ -113,8 +116,8 @@ def save(
     path = folder / f"step_{step:09d}{SUFFIX}"
     with files.whole(path, "wb") as file:
         digest = hashlib.sha256()
-        bits: list[Any] = [np.ascontiguousarray(a).reshape(-1).view(np.uint8) for a in arrays.values()]
-        for part in (MAGIC, json.dumps(header).encode() + b"\n", *bits):
+        parts: list[bytes | memoryview] = [MAGIC, json.dumps(header).encode() + b"\n", *map(_bytes, arrays.values())]
+        for part in parts:
             digest.update(part)
             file.write(part)
         file.write(digest.digest())
@@ -205,10 +208,10 @@ def _read(file: BufferedReader, size: int, path: Path, scene_hash: str | None, r
     state: dict[str, np.ndarray] = {}
     for name, kind, shape in kinds:
         array = np.empty(shape, kind)
-        raw = array.reshape(-1).view(np.uint8)
-        if file.readinto(raw.data) != raw.size:
+        raw = _bytes(array)
+        if file.readinto(raw) != raw.nbytes:
             raise refuse("is cut off: its arrays are longer than the file")
-        digest.update(raw.data)
+        digest.update(raw)
         state[name] = array
     if digest.digest() != file.read(SUM):
         raise refuse("is damaged: its checksum does not match its content")

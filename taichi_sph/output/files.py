@@ -63,11 +63,16 @@ def check_links(folder: Path, names: Iterable[str]) -> None:
 @contextlib.contextmanager
 def whole(path: Path, mode: str = "w") -> Iterator[Any]:
     """A new file, put in place when it is complete, so that a reader never meets half a file. Mode "w" (UTF-8) or "wb"."""
-    temporary = fresh(path)
-    options: dict[str, Any] = {} if "b" in mode else {"encoding": "utf-8", "newline": ""}
-    with temporary.open(mode.replace("w", "x"), **options) as file:  # "x" never goes through a link
-        yield file
-    os.replace(temporary, plain(path))
+    temporary = fresh(plain(path))
+    text = "b" not in mode
+    new = mode.replace("w", "x")  # which never goes through a link
+    try:
+        with open(temporary, new, encoding="utf-8" if text else None, newline="" if text else None) as file:
+            yield file
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+    os.replace(temporary, path)
 
 
 def fresh(path: Path) -> Path:

@@ -51,16 +51,16 @@ def _stored(name: str, array: np.ndarray) -> np.ndarray:
     return array
 
 
-def _create(group: h5py.Group, name: str, array: np.ndarray) -> None:
-    """A data set that grows by one chunk per step; chunks never straddle steps (crash safety)."""
+def _create(group: h5py.Group, name: str, array: np.ndarray, packed: bool = True) -> None:
+    """A data set that grows by one chunk per step; chunks never straddle steps (crash safety), each has a sum."""
     array = _stored(name.lower(), array)
     if len(array) == 0:  # HDF5 has no empty chunks
         group.create_dataset(name, data=array, maxshape=(None, *array.shape[1:]))
         return
     packing = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
-    if array.dtype.kind == "f" and name not in PACKED:
+    if not packed or (array.dtype.kind == "f" and name not in PACKED):
         packing = {}  # noise: packing costs more than it saves
-    group.create_dataset(name, data=array, chunks=array.shape, maxshape=(None, *array.shape[1:]), **packing)
+    group.create_dataset(name, data=array, chunks=array.shape, maxshape=(None, *array.shape[1:]), fletcher32=True, **packing)
 
 
 def _extend(dataset: h5py.Dataset, rows: np.ndarray) -> int:
@@ -85,19 +85,20 @@ def _create_file(path: Path, body: BodyFrame, time: float, step: int) -> None:
         root.attrs["Version"] = np.array(VERSION, dtype=np.int64)
         root.attrs.create("Type", np.bytes_("UnstructuredGrid"))
         root.attrs.create("Kind", np.bytes_(body.kind))
-        root["NumberOfPoints"] = np.array([len(body.points)], dtype=np.int64)
-        root["NumberOfCells"] = np.array([len(size)], dtype=np.int64)
-        root["NumberOfConnectivityIds"] = np.array([len(connectivity)], dtype=np.int64)
-        root["Connectivity"] = connectivity
-        root["Offsets"] = np.concatenate([[0], np.cumsum(size)]).astype(np.int64)
-        root["Types"] = types.astype(np.uint8)
+        counts = {"NumberOfPoints": len(body.points), "NumberOfCells": len(size), "NumberOfConnectivityIds": len(connectivity)}
+        for name, count in counts.items():
+            _create(root, name, np.array([count], dtype=np.int64), packed=False)
+        offsets = np.concatenate([[0], np.cumsum(size)]).astype(np.int64)
+        for name, array in (("Connectivity", connectivity), ("Offsets", offsets), ("Types", types.astype(np.uint8))):
+            _create(root, name, array, packed=False)  # what is stored of them bounds all the rest: `check_content`
         _create(root, "Points", body.points)
 
         steps = root.create_group("Steps")
         steps.attrs["NSteps"] = np.int64(1)
 
         def series(group: h5py.Group, name: str, first: np.ndarray) -> None:
-            group.create_dataset(name, data=first, maxshape=(None, *first.shape[1:]), chunks=(256, *first.shape[1:]))
+            shape = first.shape[1:]
+            group.create_dataset(name, data=first, maxshape=(None, *shape), chunks=(256, *shape), fletcher32=True)
 
         zero = np.zeros(1, dtype=np.int64)
         series(steps, "Values", np.array([time], dtype=np.float64))
@@ -162,7 +163,7 @@ def _datasets(group: h5py.Group, depth: int = 0) -> Iterator[h5py.Dataset]:
 def check_content(file: h5py.File) -> None:
     """SceneError where a file leads elsewhere, or claims more than it holds, before memory is taken.
 
-    Every number that is read later is bounded by bytes that are there: points and cells are stored unpacked, all that is packed has their
+    Every number that is read later is bounded by bytes that are there: points and cells are stored unpacked, what is packed has their
     number of rows for each step. A step more may be begun: a killed run leaves that.
     """
     root = file["VTKHDF"]
@@ -180,7 +181,8 @@ def check_content(file: h5py.File) -> None:
         row = dataset.dtype.itemsize * math.prod(dataset.shape[1:])
         claimed = dataset.shape[0] * row
         most = stored * (DEFLATED if dataset.compression else 1) + (each or 1) * row
-        strange = dataset.chunks is not None and (dataset.chunks[0] > max(each or 0, 256) or dataset.chunks[1:] != dataset.shape[1:])
+        chunks = dataset.chunks or (0, *dataset.shape[1:])
+        strange = chunks[1:] != dataset.shape[1:] or chunks[0] > max(each or 0, 256 if dataset.compression else stored // max(row, 1), 256)
         if strange or len(dataset.shape) > 2 or claimed > most or (each is not None and dataset.shape[0] > each * (steps.shape[0] + 1)):
             raise SceneError(f"claims more rows of '{dataset.name}' than it holds")
     if not 0 <= n <= points.shape[0] or n * 24 > points.id.get_storage_size():

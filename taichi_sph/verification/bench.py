@@ -33,22 +33,23 @@ BARS = {"node_steps_per_second": 2.0e6, "share": 0.5, "cold": 15.0, "warm": 5.0,
 # Gathers count each entry once, as a perfect cache would; what only a rupture or a growing damage touches is left out.
 TRAFFIC = {
     "rows": {
-        "read": {"galerkin.start": "R", "galerkin.coef": "P", "galerkin.source": "P", "nodes.u": "N", "galerkin.k": "N",
-                 "galerkin.integrity": "N", "nodes.cell_start": "N", "nodes.cell": "C", "cells.broken": "M", "cells.delayed": "M"},
-        "write": {"edges.u": "E", "galerkin.residual": "N", "galerkin.row_force": "N"},
+        "read": {"galerkin.rows.start": "R", "galerkin.rows.coef": "P", "galerkin.rows.source": "P", "nodes.u": "N",
+                 "galerkin.stiffness": "N", "galerkin.integrity": "N",
+                 "cells.start_of_node": "N", "cells.of_node": "C", "cells.broken": "M", "cells.delayed": "M"},
+        "write": {"galerkin.edge_u": "E", "galerkin.residual": "N", "galerkin.row_force": "N"},
     },
     "cells": {
-        "read": {"cells.broken": "M", "cells.n_corners": "M", "cells.edge": "M", "cells.side": "S", "edges.u": "E", "cells.area": "M",
-                 "cells.a1": "M", "cells.a2": "M", "cells.damage": "M", "cells.delayed": "M", "cells.strain": "M"},
-        "write": {"cells.damage": "M", "cells.delayed": "M", "cells.strain": "M", "cells.side_force": "S"},
+        "read": {"cells.broken": "M", "cells.n_corners": "M", "cells.edge": "M", "galerkin.side": "S", "galerkin.edge_u": "E",
+                 "cells.area": "M", "cells.a1": "M", "cells.a2": "M", "cells.damage": "M", "cells.delayed": "M", "cells.strain": "M"},
+        "write": {"cells.damage": "M", "cells.delayed": "M", "cells.strain": "M", "galerkin.side_force": "S"},
     },
-    "edges": {"read": {"edges.sides": "E", "cells.side_force": "S"}, "write": {"galerkin.row_force": "E"}},
+    "edges": {"read": {"cells.sides": "E", "galerkin.side_force": "S"}, "write": {"galerkin.row_force": "E"}},
     "nodes": {
-        "read": {"galerkin.t_start": "N", "galerkin.t_coef": "P", "galerkin.t_row": "P", "galerkin.row_force": "R"},
+        "read": {"galerkin.rows.t_start": "N", "galerkin.rows.t_coef": "P", "galerkin.rows.t_row": "P", "galerkin.row_force": "R"},
         "write": {"nodes.force": "N"},
     },
     "motion": {
-        "read": {"nodes.u": "N", "nodes.v": "N", "nodes.force": "N", "nodes.mass": "N", "loads.force": "N"},
+        "read": {"nodes.u": "N", "nodes.v": "N", "nodes.force": "N", "nodes.mass": "N", "loads.force.total": "N"},
         "write": {"nodes.u": "N", "nodes.v": "N", "nodes.kinetic": "N"},
     },
 }  # fmt: skip
@@ -219,14 +220,21 @@ def measure(
 # the same of a step of water, all letters per particle (N) or per entry of a list (L); lists and sort are made anew
 # in every so-many-th step, and what they move is shared among the steps between
 FLUID_TRAFFIC = {
-    "pack": {"read": {"x": "N", "v": "N", "s": "N", "rate": "N", "rate_before": "N"}, "write": {"pair": "N"}},
-    "act": {
-        "read": {"number": "N", "near": "L", "pair": "N", "s": "N", "rate": "N", "missed": "N", "mass": "N", "viscous": "N",
-                 "diffused": "N", "lag": "N"},
-        "write": {"force": "N", "s": "N", "rate": "N", "rate_before": "N", "missed": "N", "viscous": "N", "diffused": "N", "lag": "N"},
+    "pack": {
+        "read": {"fluid.x": "N", "fluid.v": "N", "fluid.s": "N", "fluid.rate": "N", "fluid.rate_before": "N"},
+        "write": {"fluid.pair": "N"},
     },
-    "drift": {"read": {"x": "N", "v": "N", "force": "N", "mass": "N", "ahead": "N"}, "write": {"x": "N", "v": "N", "kinetic": "N"}},
-    "moved": {"read": {"x": "N", "built": "N"}, "write": {}},
+    "act": {
+        "read": {"fluid.lists.number": "N", "fluid.lists.near": "L", "fluid.pair": "N", "fluid.s": "N", "fluid.rate": "N",
+                 "fluid.missed": "N", "fluid.mass": "N", "fluid.viscous": "N", "fluid.diffused": "N", "fluid.lag": "N"},
+        "write": {"fluid.force": "N", "fluid.s": "N", "fluid.rate": "N", "fluid.rate_before": "N", "fluid.missed": "N",
+                  "fluid.viscous": "N", "fluid.diffused": "N", "fluid.lag": "N"},
+    },
+    "drift": {
+        "read": {"fluid.x": "N", "fluid.v": "N", "fluid.force": "N", "fluid.mass": "N", "fluid.ahead": "N"},
+        "write": {"fluid.x": "N", "fluid.v": "N", "fluid.kinetic": "N"},
+    },
+    "moved": {"read": {"fluid.x": "N", "fluid.lists.built": "N"}, "write": {}},
 }  # fmt: skip
 FLUID_SIZES = (10_000, 31_600, 100_000, 316_000, 1_000_000, 2_000_000)
 FLUID_BARS = {"particle_steps_per_second": 3.0e6}
@@ -274,7 +282,7 @@ def measure_fluid(particles: int, arch: str, threads: int | None, precision: str
     listed = int(runtime.get(b.near.number, n).sum())
     moved = {
         kernel: sum(
-            fields[f"water.{name}"] * (listed if letter == "L" else n) / runtime.capacity(n * b.near.width if letter == "L" else n)
+            fields[name] * (listed if letter == "L" else n) / runtime.capacity(n * b.near.width if letter == "L" else n)
             for way in arrays.values()
             for name, letter in way.items()
         )
