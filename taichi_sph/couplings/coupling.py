@@ -30,6 +30,13 @@ class Coupling:
     def correct(self, now: Now) -> None:
         """Impulses on v_n+1/2, as forces; sees what the couplings before it did."""
 
+    def start(self) -> None:
+        """All bodies stand where they are at t = 0."""
+
+    def longest_step(self) -> dict[str, float]:
+        """The longest step of the clock [s] that the coupling bears, by what rules it."""
+        return {}
+
     def entries(self) -> Entries:
         """Energies at the time of the last force evaluation."""
         return Entries()

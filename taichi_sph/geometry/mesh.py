@@ -6,7 +6,7 @@ edges of the cells carry the mean values from which cell gradients are made (doc
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -17,12 +17,16 @@ from ..errors import SceneError
 @dataclass(frozen=True)
 class SurfaceMesh:
     """points (N, 3) [m]; cells (M, 4) int32, a triangle has -1 in its last column; spacing D [m];
-    normals (N, 3) unit, where the generator knows them exactly."""
+    normals (N, 3) unit, where the generator knows them exactly. Of a file: regions (M,) masks of cells by name (a cell
+    may be in several), thickness [m] by region where the file says it, notes on what was mended or left out."""
 
     points: np.ndarray
     cells: np.ndarray
     spacing: float
     normals: np.ndarray | None = None
+    regions: dict[str, np.ndarray] = field(default_factory=dict)
+    thickness: dict[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     @cached_property
     def corners(self) -> np.ndarray:

@@ -18,7 +18,7 @@ def ogrid(rim: int, half_angle: float) -> tuple[np.ndarray, np.ndarray]:
     half_angle [rad]: of the spherical cap that it is for, 0 for a disc.
     """
     n = rim // 4
-    rings, corner = _proportions(rim, half_angle)
+    rings, corner = proportions(rim, half_angle)
     core = _core(n, corner)
     number = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)  # [along x, along y]
     border = np.concatenate([number[n, :n], number[n:0:-1, n], number[0, n:0:-1], number[:n, 0]])
@@ -36,7 +36,7 @@ def ogrid(rim: int, half_angle: float) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(points) @ np.array([[c, s], [-s, c]]), np.concatenate(cells)
 
 
-def _proportions(rim: int, half_angle: float) -> tuple[int, float]:
+def proportions(rim: int, half_angle: float) -> tuple[int, float]:
     """How many rings, and where the corners of the core stand (pole 0, rim 1), so that spacings differ least.
 
     The lengths looked at, over the rim's spacing: rings at the corners and at the middles of the core's sides, cells

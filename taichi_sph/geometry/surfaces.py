@@ -7,16 +7,21 @@ surface. Charts keep angles (unrolled wall, stereographic cap): Delaunay's trian
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
+from weakref import WeakValueDictionary
 
 import numpy as np
 
+from ..errors import SceneError
 from ..scene import Numerics, Scene, Shell
+from ..scene.plausible import MAX_NODES
 from ..scene.surfaces import CappedTank, Cylinder, Disc, Generated, MeshFile, Plate, Roof, SpherePatch
+from ..scene.units import show
 from .mesh import SurfaceMesh, delaunay, plate
 from .meshfile import read_mesh
-from .ogrid import ogrid
+from .ogrid import ogrid, proportions
 
 TURN = {"x": [2, 0, 1], "y": [1, 2, 0], "z": [0, 1, 2]}  # local (x, y, z), z along the axis, to the scene's
 SHARPEST = 0.2  # smallest sine at a corner of a quadrangle that random moves may leave
@@ -253,8 +258,87 @@ def _moved(mesh: SurfaceMesh, by: tuple[float, float, float]) -> SurfaceMesh:
     return SurfaceMesh(mesh.points + np.asarray(by), mesh.cells, mesh.spacing, mesh.normals)
 
 
+COUNTED = 10**18  # more nodes than this are not told apart
+
+
+def count(surface: Generated, numerics: Numerics) -> int:
+    """Nodes of a generated surface, known before any of them exists; of round ends above a thousand columns to a hundredth."""
+    d = numerics.spacing
+
+    def along(length: float) -> float:
+        ratio = length / d
+        return max(1, round(ratio)) if ratio < COUNTED else float(COUNTED)
+
+    def cap(radius: float, half_angle: float) -> float:
+        """Nodes of a round end, its rim included."""
+        around = 2 * math.pi * radius / d
+        rim = _rim(radius, d) if around < COUNTED else COUNTED
+        some = min(rim, 1000)  # rings are as many for each column of the rim, whatever their number
+        return (rim // 4 + 1) ** 2 + proportions(some, half_angle)[0] * rim * (rim / some)
+
+    match surface:
+        case Plate():
+            nodes = (along(surface.length) + 1) * (along(surface.width) + 1)
+        case Disc():
+            nodes = cap(surface.radius, 0.0)
+        case SpherePatch():
+            nodes = cap(surface.radius * math.sin(surface.half_angle), surface.half_angle)
+        case Roof():
+            nodes = (along(surface.radius * (surface.half_angle - surface.start)) + 1) * (along(surface.length) + 1)
+        case Cylinder() if surface.ends == "open" and not surface.whole:
+            nodes = (along(surface.radius * surface.angle) + 1) * (along(surface.length) + 1)
+        case Cylinder() | CappedTank():
+            rim = _rim(surface.radius, d) if 2 * math.pi * surface.radius / d < COUNTED else COUNTED
+            nodes = rim * (along(surface.length) + 1)
+            if isinstance(surface, CappedTank):
+                nodes += 2 * (cap(surface.radius, surface.half_angle) - rim)
+            elif surface.ends == "discs":
+                nodes += 2 * (cap(surface.radius, 0.0) - rim)
+    return int(min(nodes, COUNTED))
+
+
+_MADE: WeakValueDictionary[Hashable, SurfaceMesh] = WeakValueDictionary()
+
+
+def mesh_key(shell: Shell, scene: Scene) -> Hashable:
+    """What the mesh of a shell follows from."""
+    surface = shell.surface
+    if isinstance(surface, MeshFile):
+        written = surface.path.stat().st_mtime_ns if surface.path.is_file() else 0
+        return surface, written, shell.motion == "in_plane", scene.numerics_of(shell).spacing
+    n = scene.numerics_of(shell)
+    return surface, n.spacing, n.cells, n.irregularity, n.seed
+
+
 def mesh_of(shell: Shell, scene: Scene) -> SurfaceMesh:
-    """The mid-surface of a shell, generated or read."""
+    """The mid-surface of a shell, generated or read; refused by its count where it is too large.
+
+    As long as somebody holds a mesh (the plan of a run does), the mesh is not made again.
+    """
+    key = mesh_key(shell, scene)
+    mesh = _MADE.get(key)
+    if mesh is None:
+        mesh = _MADE[key] = _mesh_of(shell, scene)
+    return mesh
+
+
+def _mesh_of(shell: Shell, scene: Scene) -> SurfaceMesh:
+    numerics = scene.numerics_of(shell)
     if not isinstance(shell.surface, MeshFile):
-        return generate(shell.surface, scene.numerics_of(shell))
-    return read_mesh(shell.surface.path, shell.surface.scale, plane=shell.motion == "in_plane")
+        nodes = count(shell.surface, numerics)
+        if nodes > MAX_NODES:
+            raise SceneError(
+                f"numerics.spacing {show(numerics.spacing, 'm')} gives shell '{shell.name}' {nodes:.2g} nodes; at most "
+                f"{MAX_NODES / 1e6:g} million are allowed"
+            )
+        return generate(shell.surface, numerics)
+    file = shell.surface
+    return read_mesh(
+        file.path,
+        file.scale,
+        plane=shell.motion == "in_plane",
+        part=file.part,
+        merge=file.merge,
+        spacing=numerics.spacing,
+        time_limit=file.time_limit,
+    )

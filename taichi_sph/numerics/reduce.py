@@ -1,5 +1,7 @@
 """Sums and largest values that do not depend on the number of threads: fixed blocks, then NumPy over the blocks."""
 
+from typing import Any
+
 import numpy as np
 
 from .. import runtime
@@ -16,20 +18,20 @@ class Reducer:
         self.blocks = max(1, -(-n // BLOCK))
         self.partial = runtime.new("reduce.partial", self.blocks, dtype="f64")
 
-    def total(self, values, n: int) -> float:
+    def total(self, values: Any, n: int) -> float:
         """Sum of the first n entries of a scalar field, in f64."""
         used = max(1, -(-n // BLOCK))
         _block_sums(self.partial, values, n, used)
         return float(np.sum(runtime.get(self.partial, used)))
 
-    def largest(self, vectors, n: int) -> float:
+    def largest(self, vectors: Any, n: int) -> float:
         """Largest norm of the first n entries of a vector field; infinite where one is no number."""
         used = max(1, -(-n // BLOCK))
         _block_tops(self.partial, vectors, n, used)
         return float(runtime.get(self.partial, used).max())
 
 
-def fastest(velocities, places, n: int) -> tuple[int, str]:
+def fastest(velocities: Any, places: Any, n: int) -> tuple[int, str]:
     """The number of the fastest of n points (of the first that is no number), and where and how fast it moves, in words."""
     v = np.linalg.norm(runtime.get(velocities, n).astype(float), axis=1)
     i = int(np.argmax(np.where(np.isfinite(v), v, np.inf)))

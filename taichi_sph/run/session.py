@@ -108,7 +108,6 @@ class Clocks:
     advance: float = 0.0
     write: float = 0.0
     processor: float = 0.0  # of all threads while advancing: what other programs on the machine take is not in it
-    sessions: int = 1
 
     @property
     def seconds(self) -> dict[str, float]:
@@ -235,7 +234,6 @@ def resume(
             sim.restore(saved.state)
             clocks = _clocks_of(saved.extra)
             clocks.threads = threads or os.cpu_count() or 1
-            clocks.sessions += 1
             clocks.compile += sim.compile_seconds
             progress.log_to(out / LOG_FILE, append=True)
             session = _Session(scene, out, sim, arch, clocks, progress, asked, saved.time)
@@ -247,7 +245,8 @@ def _clocks_of(extra: dict[str, Any]) -> Clocks:
     """The clocks that a checkpoint holds; what is missing there, or is no number, begins at nothing."""
     found = {f.name: extra.get(f.name) for f in fields(Clocks)}
     kept: dict[str, Any] = {k: v for k, v in found.items() if isinstance(v, str if k == "command" else int | float)}
-    return Clocks(**{"command": "", "threads": 1, **kept})
+    every: dict[str, Any] = {"command": "", "threads": 1} | kept
+    return Clocks(**every)
 
 
 class _Session:

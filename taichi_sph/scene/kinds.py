@@ -15,19 +15,22 @@ from .base import Frozen
 @dataclass(frozen=True)
 class Kind:
     """One kind. `key`: where a scene says it ("shells"; "others" and "interactions" hold all kinds without a key of their own, by
-    their `kind`). `made`: the class that computes it, as "module:Class" where it is loaded when needed, or the class itself."""
+    their `kind`). `made`: the function that makes what computes it, or "module:function" where that is loaded when needed: of bodies
+    made(scene, groups so far) -> groups, of couplings made(scene, groups) -> couplings. `rank`: kinds are made in this order.
+    """
 
     name: str
     key: str
-    said: type[Frozen]
-    made: Any = ""
+    said: type[Frozen] | None
+    made: Any
+    rank: int = 9
 
-    def maker(self) -> Any:
-        """The class that computes it."""
-        if not isinstance(self.made, str):
-            return self.made
-        module, _, name = self.made.partition(":")
-        return getattr(import_module(module), name)
+    def make(self, scene: Any, groups: Any) -> list[Any]:
+        """The groups of bodies, or the couplings, of this kind in a scene."""
+        if isinstance(self.made, str):
+            module, _, name = self.made.partition(":")
+            return getattr(import_module(module), name)(scene, groups)
+        return self.made(scene, groups)
 
 
 class Kinds:
@@ -46,7 +49,7 @@ class Kinds:
                 continue
             said = import_module(name)
             kinds += getattr(said, "KINDS", ()) or ([said.KIND] if hasattr(said, "KIND") else [])
-        return tuple(kinds)
+        return tuple(sorted(kinds, key=lambda kind: kind.rank))
 
     def __call__(self, key: str | None = None) -> tuple[Kind, ...]:
         """All of them, or those of one key."""
@@ -57,7 +60,3 @@ class Kinds:
         if kind.name in [k.name for k in self.found]:
             raise ValueError(f"the kind '{kind.name}' is one of {self.package} already")
         self.registered = [k for k in self.registered if k.name != kind.name] + [kind]
-
-    def of(self, said: Any) -> Kind:
-        """The kind of something said."""
-        return next(kind for kind in reversed(self()) if type(said) is kind.said)

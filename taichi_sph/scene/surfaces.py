@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from .base import Choice, Frozen, Point
-from .units import Angle, Dimensionless, Length
+from .units import Angle, Dimensionless, Length, Time
 
 FULL = 2 * math.pi - 1e-4  # an arc from here on is the whole circle
 Axis = Literal["x", "y", "z"]
@@ -177,13 +177,17 @@ class Roof(Frozen):
 
 
 class MeshFile(Frozen):
-    """Any triangle or quadrangle surface mesh that meshio reads; `scale` turns its unit into metres."""
+    """A surface mesh of triangles and quadrangles from a file; `scale` turns its unit into metres. `part`: the one group,
+    set, part or property of the file that is read. `merge` = false keeps nodes in one place apart, so that a slit of zero
+    width stays open. `time_limit`: for the formats that a process of its own reads (.vtu, .vtk, .med, .xdmf, .mesh)."""
 
     kind: Literal["mesh"] = "mesh"
     path: Path
     scale: Annotated[Dimensionless, Field(gt=0)] = 1.0
+    part: str | None = None
+    merge: bool = True
+    time_limit: Annotated[Time, Field(gt=0)] = 60.0
 
 
-Flat = Plate | Disc
 Generated = Plate | Disc | Cylinder | CappedTank | SpherePatch | Roof
 Surface = Annotated[Generated | MeshFile, *Choice]

@@ -31,8 +31,9 @@ def run_study(
     command: str = "",
     simulation: Callable[..., running.WorldLike] | None = None,
 ) -> Path:
-    """Runs what is not finished yet (all cases anew with `overwrite`), then judges all. SceneError before anything is written;
-    RunStopped at the end when a case failed."""
+    """Runs what is not finished yet (all cases anew with `overwrite`), then judges all.
+
+    SceneError before anything is written; RunStopped at the end when a case failed."""
     from ..output.study import STUDY_FILE
 
     out = out or running.default_out(study)

@@ -267,7 +267,9 @@ def _here(tasks: Mapping[str, Any], workers: int, worker: Callable[..., Any]) ->
 
 
 def _on_cluster(tasks: Mapping[str, Any], scheduler: str, worker: Callable[..., Any]) -> Iterator[tuple[dict[str, Any], Any]]:
-    """On the workers of a Dask cluster, each point with what came of it. A point whose worker died is given to another one, by Dask itself, three times."""
+    """On the workers of a Dask cluster, each point with what came of it.
+
+    A point whose worker died is given to another one, by Dask itself, three times."""
     try:
         from distributed import Client, as_completed
     except ImportError:
@@ -280,9 +282,9 @@ def _on_cluster(tasks: Mapping[str, Any], scheduler: str, worker: Callable[..., 
         session = uuid.uuid4().hex[:8]  # the scheduler must not hand back what it remembers of an earlier sweep
         futures = {client.submit(worker, point, key=f"taichi-sph-{session}-{name}", pure=False): point for name, point in tasks.items()}
         for future in as_completed(futures, loop=client.loop):
-            broke = future.exception()
-            said = f"{type(broke).__name__}: {broke}".replace("\n", " ")
-            yield futures[future], future.result() if broke is None else _result(futures[future], None, said)
+            failed = future.exception()
+            said = f"{type(failed).__name__}: {failed}".replace("\n", " ")
+            yield futures[future], future.result() if failed is None else _result(futures[future], None, said)
 
 
 # --- the table --------------------------------------------------------------------------------------

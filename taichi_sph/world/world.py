@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import math
 import time as clock
+from typing import Any
 
 import numpy as np
 
 from .. import runtime
+from ..bodies import kinds as body_kinds
 from ..bodies.body import Now, common_schedule
-from ..bodies.fluid import group as fluids
-from ..bodies.rigid import group as rigids
-from ..bodies.shell_sph import group as shells
-from ..couplings.contact import coupling as contacts
+from ..couplings import kinds as coupling_kinds
 from ..errors import SceneError
 from ..frame import Frame
 from ..observers.leak import LeakGauge
+from ..pool import Pool, check, restore_all, state_of
 from ..scene import Scene
 from . import watchdog
 from .instead.limit import LimitSearch
@@ -41,9 +41,10 @@ class World:
         self.relaxation = None
         self.stepping = 0.0  # s of wall clock in steps
         self.refit = False  # dt is too long now; it changes when all groups are due
-        self.groups = [*shells.groups(scene), *rigids.groups(scene)]
-        self.groups += fluids.groups(scene, self.groups)
-        self.couplings = [*contacts.couplings(scene, self.groups)]
+        self.groups: list[Any] = []
+        for kind in body_kinds():
+            self.groups += kind.make(scene, self.groups)
+        self.couplings = [made for kind in coupling_kinds() for made in kind.make(scene, self.groups)]
         self.every = common_schedule(self.groups)
         self.leak = LeakGauge(self.shell, self._only("fluid")) if any(getattr(f.fill, "shell", None) for f in scene.fluids) else None
         self._probed = [(p, self.shell.probed(p.point)) for p in scene.output.probes]
@@ -109,6 +110,9 @@ class World:
         steps: dict[str, float] = {}
         for group in self.groups:
             for rule, longest in group.longest_step().items():
+                steps[rule] = min(longest, steps.get(rule, math.inf))
+        for coupling in self.couplings:
+            for rule, longest in coupling.longest_step().items():
                 steps[rule] = min(longest, steps.get(rule, math.inf))
         return steps or {"the smallest pinball": self._only("rigid").alone()}
 
@@ -227,26 +231,35 @@ class World:
         return Frame(self.time, self.step, tuple(body for group in self.groups for body in group.frames()))
 
     @property
+    def pools(self) -> list[Pool]:
+        """All that has fields or history."""
+        found = [pool for part in (*self.groups, *self.couplings) for pool in part.pools()]
+        return found if self.relaxation is None else [*found, self.relaxation]
+
+    @property
     def _keepers(self) -> list:
-        """All that keeps history."""
-        others = [part for part in (self.leak, self.relaxation) if part is not None]
-        return [*self.groups, *self.couplings, *others]
+        """All that keeps history in its own way, without pools."""
+        others = [self.leak] if self.leak is not None else []
+        return [part for part in (*self.groups, *self.couplings, *others) if hasattr(part, "state")]
 
     # last parts of names in `state`: what may be no finite number, for it has not happened yet
-    unset = frozenset({"rupture_time", "numbers"})
+    unset = frozenset({"rupture_time", "numbers", "measured"})
 
-    def state(self) -> dict[str, np.ndarray]:
-        """All that is history, for a checkpoint."""
+    def _own_state(self) -> dict[str, np.ndarray]:
         return {
             "time": np.array([self.time, self.dt, self._dt_before, self.injected, self.refit]),
             "step": np.array(self.step),
             **{name: value for part in self._keepers for name, value in part.state().items()},
         }
 
+    def state(self) -> dict[str, np.ndarray]:
+        """All that is history, for a checkpoint."""
+        return self._own_state() | state_of(self.pools)
+
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Continue exactly from `state()`."""
-        mine = self.state()
-        for name, value in mine.items():
+        check(self.pools, state)
+        for name, value in self._own_state().items():
             if name not in state:
                 raise SceneError(f"checkpoint: '{name}' is missing; it was written by another version or scene")
             if np.shape(state[name]) != value.shape:
@@ -257,6 +270,7 @@ class World:
         self.time, self.dt, self._dt_before, self.injected = (float(x) for x in state["time"][:4])
         self.refit = bool(state["time"][4])
         self.step = int(state["step"])
+        restore_all(self.pools, state)
         for part in self._keepers:
             part.restore(state)
         if self.leak is not None:

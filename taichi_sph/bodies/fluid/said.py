@@ -175,4 +175,4 @@ def _walls(fluid: Fluid, scene: Any) -> None:
                 )
 
 
-KIND = Kind("fluid", "fluids", Fluid)
+KIND = Kind("fluid", "fluids", Fluid, "taichi_sph.bodies.fluid.group:groups", rank=2)

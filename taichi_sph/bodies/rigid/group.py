@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ... import runtime
 from ...errors import RunStopped
 from ...frame import NO_CELLS, BodyFrame
 from ...scene.schema import Scene
-from ..body import Entries, Now, Rest, Span
+from ..body import Entries, Group, Now, Rest, Span
 from .pool import RigidBodies, move, place, rest, spins
 
 
-def groups(scene: Scene) -> list[RigidGroup]:
+def groups(scene: Scene, others: Sequence[Group] = ()) -> list[RigidGroup]:
     """All rigid bodies of the scene are one group."""
     return [RigidGroup(scene)] if scene.rigids else []
 

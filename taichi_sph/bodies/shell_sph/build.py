@@ -10,7 +10,8 @@ from ...geometry.mesh import SurfaceMesh
 from ...geometry.regions import inside
 from ...geometry.surfaces import mesh_of
 from ...scene import Ramp, Scene
-from .pool import Cells, MaterialPool, Nodes
+from ..nodal.nodes import Nodes
+from .pool import Cells, MaterialPool
 
 
 @dataclass

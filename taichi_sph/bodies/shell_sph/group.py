@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,8 +12,9 @@ from ...errors import RunStopped
 from ...frame import BodyFrame
 from ...geometry.cuts import cells_cut
 from ...numerics.reduce import BLOCK, Reducer, fastest
+from ...pool import Pool
 from ...scene.schema import Scene
-from ..body import Entries, Now, Rest, Span
+from ..body import Entries, Group, Now, Rest, Span
 from ..nodal.loads import Loads
 from ..nodal.motion import kick_and_drift
 from .build import build, initial_velocity, node_forces, node_moments, node_motions, rise
@@ -28,7 +30,7 @@ from .stress import stored_energy
 from .viscosity import PairViscosity
 
 
-def groups(scene: Scene) -> list[ShellGroup]:
+def groups(scene: Scene, others: Sequence[Group] = ()) -> list[ShellGroup]:
     """The groups of the scene's shells."""
     return [ShellGroup(scene)] if scene.shells else []
 
@@ -169,30 +171,24 @@ class ShellGroup(Rest):
 
     def frames(self) -> list[BodyFrame]:
         """The shell now: see BodyFrame for names and units."""
-        n, m = self.nodes.n, self.cells.n
-        dim = self.nodes.dim
-
-        def three(values):
-            return np.pad(values.astype(np.float64), ((0, 0), (0, 3 - dim)))
-
-        cell_data = {
-            "damage": runtime.get(self.cells.delayed, m).astype(np.float64),
-            "broken": runtime.get(self.cells.broken, m).astype(np.uint8),
-            "rupture_time": runtime.get(self.cells.rupture_time, m),
-            "strain": runtime.get(self.cells.strain, m).astype(np.float64),
-        }
+        shown, cell_data = self.nodes.shows(), self.cells.shows()
+        cell_data["broken"] = cell_data["broken"].astype(np.uint8)
         if self.material.yields:
-            cell_data["plastic"] = runtime.get(self.cells.plastic, m).astype(np.float64)
             cell_data["thickness"] = thicknesses(cell_data["strain"], self.shell.thickness)
         point_data = {
             "reference": self.mesh.points,
-            "velocity": three(runtime.get(self.nodes.v, n)),
-            "fragment": runtime.get(self.nodes.fragment, n).astype(np.uint8),
+            "velocity": self._in_space(shown["velocity"]),
+            "fragment": shown["fragment"].astype(np.uint8),
         }
+        n = self.nodes.n
         if self.nodes.bends:
             point_data["director"] = runtime.get(self.nodes.N, n) + runtime.get(self.nodes.d, n)
-        points = self.mesh.points + three(runtime.get(self.nodes.u, n))
+        points = self.mesh.points + self._in_space(runtime.get(self.nodes.u, n))
         return [BodyFrame(self.shell.name, points, self.mesh.cells, point_data, cell_data)]
+
+    def _in_space(self, vectors: np.ndarray) -> np.ndarray:
+        """(N, 3) f64 of (N, dim)."""
+        return np.pad(vectors.astype(np.float64), ((0, 0), (0, 3 - self.nodes.dim)))
 
     def probed(self, point) -> int:
         """Number of the node nearest to a reference point [m]."""
@@ -206,46 +202,7 @@ class ShellGroup(Rest):
             for c, axis in enumerate("xyz")
         }
 
-    def pools(self):
-        return []
-
-    def state(self) -> dict[str, np.ndarray]:
-        fields = {name: runtime.get(field, n) for name, (field, n) in self._history().items()}
-        return fields | {name: value for part in self._parts for name, value in part.state().items()}
-
-    def shapes(self) -> dict[str, tuple[int, ...]]:
-        return {name: value.shape for name, value in self.state().items()}
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        for name, (field, _) in self._history().items():
-            runtime.put(field, np.asarray(state[name]))
-        for part in self._parts:
-            part.restore(state)
-
-    @property
-    def _parts(self) -> list:
-        return [self.rupture, self.stable, self.internal, *self.terms, *self.pressures]
-
-    def _history(self) -> dict[str, object]:
-        """Every field that is history, by name, with its length."""
-        nodes, cells = self.nodes, self.cells
-        fields = {
-            "nodes.u": (nodes.u, nodes.n),
-            "nodes.v": (nodes.v, nodes.n),
-            "nodes.fragment": (nodes.fragment, nodes.n),
-            "nodes.kinetic": (nodes.kinetic, nodes.n),
-            "cells.broken": (cells.broken, cells.n),
-            "cells.rupture_time": (cells.rupture_time, cells.n),
-            "cells.damage": (cells.damage, cells.n),
-            "cells.delayed": (cells.delayed, cells.n),
-            "cells.strain": (cells.strain, cells.n),
-            "cells.lost": (cells.lost, cells.n),
-            **cells.history,
-        }
-        if nodes.bends:
-            fields |= {"nodes.d": (nodes.d, nodes.n), "nodes.omega": (nodes.omega, nodes.n)}
-        if nodes.bends and (self.loads.moves or self.loads.twists):
-            fields |= {"loads.ahead_spin": (self.loads.ahead_spin, nodes.n)}
-        if self.loads.acts:
-            fields |= {"loads.work": (self.loads.work, nodes.n), "loads.ahead": (self.loads.ahead, nodes.n)}
-        return fields
+    def pools(self) -> list[Pool]:
+        """All that has fields or history; what the links and the internal forces renew follows from nodes and cells."""
+        parts = [self.nodes, self.cells, self.material, *self.loads.pools(), self.rupture, self.stable]
+        return [*parts, *self.internal.pools(), *self.terms, *self.pressures]

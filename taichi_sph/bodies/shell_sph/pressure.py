@@ -7,27 +7,26 @@ acting on the cell's mean position, which is a sum of edge means (w_e); so each 
 the way back to the nodes is that of the internal forces. Broken cells carry none.
 """
 
-import numpy as np
-
-from ... import runtime
+from ...numerics.reduce import Reducer
+from ...pool import Pool
 from ...runtime import ti
+from .galerkin import Galerkin
 from .pool import Cells
 
 LEAVE, BOOK, START = 0, 1, 2  # do not touch the work, add to it, or only begin anew from here
 
 
 @ti.data_oriented
-class SurfacePressure:
+class SurfacePressure(Pool):
     """One pressure of the scene. `press` adds to the side forces of the internal term."""
 
-    def __init__(self, number: int, internal, cells: Cells, value: float, rise: float, follower: bool):
+    def __init__(self, number: int, internal: Galerkin, cells: Cells, value: float, rise: float, follower: bool):
+        super().__init__(f"pressure{number}")
         self.internal, self.cells = internal, cells
         self.value, self.rise, self.follower = value, rise, follower
-        name = f"pressure{number}"
-        self.force = runtime.new(f"{name}.force", cells.n, 3)  # N, of the step before
-        self.place = runtime.new(f"{name}.place", cells.n, 3)  # m, mean displacement of the step before
-        self.work = runtime.new(f"{name}.work", cells.n)  # J, trapezoidal
-        self.name = name
+        self.force = self.field("force", cells.n, 3, unit="N", doc="of the step before", keeps=True)
+        self.place = self.field("place", cells.n, 3, unit="m", doc="mean displacement of the step before", keeps=True)
+        self.work = self.field("work", cells.n, unit="J", doc="done so far, trapezoidal", keeps=True)
 
     def now(self, time: float) -> float:
         """Pressure [Pa] at `time` (T 2.111)."""
@@ -41,17 +40,9 @@ class SurfacePressure:
         """Book the way to `time` while the cells still stand where their old rows saw them."""
         _press(self, self.internal, self.cells, self.cells.n, self.now(time), int(self.follower), BOOK, 0)
 
-    def done(self, reducer) -> float:
+    def done(self, reducer: Reducer) -> float:
         """Work so far [J]."""
         return reducer.total(self.work, self.cells.n)
-
-    def state(self) -> dict[str, np.ndarray]:
-        n = self.cells.n
-        return {f"{self.name}.{k}": runtime.get(getattr(self, k), n) for k in ("force", "place", "work")}
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        for k in ("force", "place", "work"):
-            runtime.put(getattr(self, k), state[f"{self.name}.{k}"])
 
 
 @ti.kernel

@@ -182,4 +182,4 @@ def _stays_in_plane(where: str, key: str, load: Any) -> None:
         raise ValueError(f"{where}.spin: shell '{load.body}' has motion = 'in_plane', its directors do not turn")
 
 
-KIND = Kind("shell_sph", "shells", Shell)
+KIND = Kind("shell_sph", "shells", Shell, "taichi_sph.bodies.shell_sph.group:groups", rank=0)

@@ -19,29 +19,32 @@ import numpy as np
 
 from ... import runtime
 from ...geometry.mesh import SurfaceMesh
+from ...pool import Pool
 from ...runtime import ti
+from ..nodal.nodes import Nodes
 from .links import Links
-from .pool import Cells, MaterialPool, Nodes
+from .pool import Cells, MaterialPool
 
 K, EXPONENT = 1e-2, 2  # T 2.55
 
 
 @ti.data_oriented
-class SelectiveShear:
+class SelectiveShear(Pool):
     """Owns the neighbourhoods of the shear; the collocation form calls it where it would use its own."""
 
-    def __init__(self, mesh: SurfaceMesh, nodes: Nodes, cells: Cells, material: MaterialPool, at_nodes: dict, own):
+    def __init__(self, mesh: SurfaceMesh, nodes: Nodes, cells: Cells, material: MaterialPool, at_nodes: dict, own, name: str):
+        super().__init__(name)
         self.nodes, self.cells = nodes, cells
         self.own = own  # field (N,): 1 on free edges
         n, m = nodes.n, cells.n
-        self.X = runtime.new("selective.X", n + m, 3, "f64")  # m, nodes, then cells
-        self.dead = runtime.new("selective.dead", n + m, dtype="i32")
-        self.factor = runtime.new("selective.factor", n + m)  # 1 for nodes, f_c for cells
+        self.X = self.field("X", n + m, 3, "f64", unit="m", doc="nodes, then cells")
+        self.dead = self.field("dead", n + m, dtype="i32", doc="1: takes part in nothing any more")
+        self.factor = self.field("factor", n + m, doc="1 for nodes, f_c for cells")
         runtime.put(self.X, np.concatenate([mesh.points, mesh.centres]))
         f_c = min(1.0, K * (material.thickness[0] / (0.5 * mesh.spacing)) ** EXPONENT)
         runtime.put(self.factor, np.r_[np.ones(n), np.full(m, f_c)])
         self.strains = Links(
-            "selective.strains",
+            f"{name}.strains",
             sources=nodes.X,
             n_sources=n,
             dead_source=nodes.fragment,
@@ -50,7 +53,7 @@ class SelectiveShear:
             gradient=True,
         )
         self.divergence = Links(
-            "selective.divergence",
+            f"{name}.divergence",
             sources=self.X,
             n_sources=n + m,
             dead_source=self.dead,
@@ -60,12 +63,12 @@ class SelectiveShear:
             weight=self.factor,
         )
         self.links = (self.strains, self.divergence)
-        self.a1 = runtime.new("selective.a1", n, 3)  # X_,1, X_,2 at the nodes, by the operator itself
-        self.a2 = runtime.new("selective.a2", n, 3)
-        self.stiffness = runtime.new("selective.shear", n)  # N/m, G_s at the nodes
-        self.s1 = runtime.new("selective.s1", n + m, 3)  # N/m, Q_1 n and Q_2 n
-        self.s2 = runtime.new("selective.s2", n + m, 3)
-        self.q = runtime.new("selective.q", n + m, 3)  # N/m, Q_a x_,a
+        self.a1 = self.field("a1", n, 3, doc="X_,1 at the nodes, by the operator itself")
+        self.a2 = self.field("a2", n, 3, doc="X_,2 at the nodes")
+        self.stiffness = self.field("stiffness", n, unit="N/m", doc="G_s at the nodes")
+        self.s1 = self.field("s1", n + m, 3, unit="N/m", doc="Q_1 n")
+        self.s2 = self.field("s2", n + m, 3, unit="N/m", doc="Q_2 n")
+        self.q = self.field("q", n + m, 3, unit="N/m", doc="Q_a x_,a")
 
     def begin(self, mesh: SurfaceMesh) -> None:
         """Reference of the nodes, once the links are made."""

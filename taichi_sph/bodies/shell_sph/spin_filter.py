@@ -6,35 +6,25 @@ on rates: printed on the directors themselves, T 2.39 would erase bending within
 eta = 0.1 belongs to a step of 0.15 D/c; as a rate, omega_f = eta c / (0.15 D), it does not depend on the step.
 """
 
-from ... import runtime
 from ...runtime import ti
+from ..nodal.nodes import Nodes
+from .damper import Damper
 from .links import Links
-from .pool import Nodes
 
 
 @ti.data_oriented
-class SpinFilter:
-    """The term; `entry` is its line in the ledger."""
+class SpinFilter(Damper):
+    """The term."""
 
     entry = "filter"
 
-    def __init__(self, nodes: Nodes, pairs: Links, rate: float):
-        self.nodes, self.pairs, self.rate = nodes, pairs, rate
-        self.work = runtime.new("spin_filter.work", nodes.n)  # J, taken so far
+    def __init__(self, nodes: Nodes, pairs: Links, rate: float, name: str = "spin_filter"):
+        super().__init__(name, nodes)
+        self.pairs, self.rate = pairs, rate
 
     def add(self, dt: float) -> None:
         """Add the couples; book what they take over dt."""
         _add(self, self.nodes.n, dt, self.rate)
-
-    def taken(self, reducer) -> float:
-        """Energy taken so far [J]."""
-        return reducer.total(self.work, self.nodes.n)
-
-    def state(self):
-        return {"spin_filter.work": runtime.get(self.work, self.nodes.n)}
-
-    def restore(self, state) -> None:
-        runtime.put(self.work, state["spin_filter.work"])
 
 
 @ti.kernel

@@ -6,11 +6,18 @@ below; its own error bound (the residual of the Ritz pair) is added, so the step
 collocation form is not symmetric: the largest |lambda| counts.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ... import runtime
 from ...numerics.reduce import BLOCK
+from ...pool import Pool
 from ...runtime import ti
+from ..body import Now
+
+if TYPE_CHECKING:
+    from .group import ShellGroup
 
 ROOM = 1.05  # frequency that a metal is given beyond what it needs, while it is compressed further
 AGAIN = 6  # iterations of such a look, from the mode found before
@@ -18,7 +25,7 @@ AGAIN = 6  # iterations of such a look, from the mode found before
 STRAIN = {"f64": 1e-7, "f32": 1e-4}  # of the probing displacement
 
 
-class StableStep:
+class StableStep(Pool):
     """Keeps dt below the limit: measured at the start, and again (every `look_every` steps of the form) after ruptures, which
     renew the operator near the crack. dt never grows again.
 
@@ -28,7 +35,10 @@ class StableStep:
     change by percents in a step, so it is looked at every few steps and given more room.
     """
 
-    def __init__(self, group):
+    kept = ("mode", "frequency", "stiffer", "events", "looked")
+
+    def __init__(self, group: "ShellGroup", name: str = "stable"):
+        super().__init__(name)
         self.group = group
         self.safety = group.scene.numerics.time_step_safety
         self.frequency, self.mode = largest_frequency(group)
@@ -37,7 +47,7 @@ class StableStep:
         if group.material.yields:
             self.stiffer, self.look_every = ROOM, 10
             self.blocks = -(-group.cells.n // BLOCK)
-            self.partial = runtime.new("stable.partial", self.blocks, dtype="f64")
+            self.partial = self.field("partial", self.blocks, dtype="f64", doc="scratch")
         self.events, self.looked = group.rupture.events, 0
 
     @property
@@ -64,7 +74,7 @@ class StableStep:
         self.stiffer = 1.04 * needed
         return True
 
-    def watch(self, now) -> bool:
+    def watch(self, now: Now) -> bool:
         """Look again when something broke or is stretched; True when the step has to be shortened."""
         group = self.group
         if now.step % self.look_every == 0 and self._stretched():
@@ -78,18 +88,6 @@ class StableStep:
         self.frequency = frequency
         return True
 
-    def state(self) -> dict[str, np.ndarray]:
-        return {
-            "stable.mode": self.mode,
-            "stable.frequency": np.array([self.frequency, self.stiffer]),
-            "stable.seen": np.array([self.events, self.looked]),
-        }
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        self.mode = np.asarray(state["stable.mode"])
-        self.frequency, self.stiffer = (float(k) for k in state["stable.frequency"])
-        self.events, self.looked = (int(k) for k in state["stable.seen"])
-
 
 class Operator:
     """M^-1/2 K M^-1/2 about the reference state, applied to mass-weighted unknowns of shape `shape`.
@@ -98,7 +96,7 @@ class Operator:
     along the director is projected out. `close` puts the displacements back.
     """
 
-    def __init__(self, group, across: np.ndarray | None = None):
+    def __init__(self, group: "ShellGroup", across: np.ndarray | None = None):
         """across (N,): weight across the shell over weight along it, where masses are fictitious (relax)."""
         self.group = group
         nodes, n = group.nodes, group.nodes.n
@@ -153,7 +151,7 @@ class Operator:
             runtime.put(self.group.nodes.d, self.d0)
 
 
-def largest_frequency(group, iterations: int = 40, start: np.ndarray | None = None, across=None) -> tuple[float, np.ndarray]:
+def largest_frequency(group: "ShellGroup", iterations: int = 40, start: np.ndarray | None = None, across=None) -> tuple[float, np.ndarray]:
     """(omega_max [rad/s] with its error bound added, Ritz vector in mass-weighted displacements)."""
     operator = Operator(group, across)
     q = np.random.default_rng(0).standard_normal(operator.shape) if start is None else start

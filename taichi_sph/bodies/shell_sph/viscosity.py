@@ -14,39 +14,32 @@ The kernel is that of the reference configuration (total Lagrangian); where the 
 and opposite along its line, so momentum and moment of momentum are kept; on irregular sets each node uses its own h.
 """
 
-from ... import runtime
 from ...numerics.kernel import CONSTANT, b3_slope
 from ...runtime import ti
+from ..nodal.nodes import Nodes
+from .damper import Damper
 from .links import Links
-from .pool import MaterialPool, Nodes
+from .pool import MaterialPool
 
 
 @ti.data_oriented
-class PairViscosity:
-    """The term; `entry` is its line in the ledger."""
+class PairViscosity(Damper):
+    """The term."""
 
     entry = "viscous"
 
-    def __init__(self, nodes: Nodes, material: MaterialPool, pairs: Links, area, density: float, sound: float, settings):
-        self.nodes, self.material, self.pairs, self.area = nodes, material, pairs, area
+    def __init__(
+        self, nodes: Nodes, material: MaterialPool, pairs: Links, area, density: float, sound: float, settings, name: str = "viscosity"
+    ):
+        super().__init__(name, nodes)
+        self.material, self.pairs, self.area = material, pairs, area
         self.density, self.sound = density, sound
         self.alpha, self.beta, self.gamma = settings.alpha, settings.beta, settings.gamma
         self.bends = nodes.bends
-        self.work = runtime.new("viscosity.work", nodes.n)  # J, taken so far
 
     def add(self, dt: float) -> None:
         """Add the forces; book what they take over dt."""
         _add(self, self.nodes.n, dt, self.density, self.sound, self.alpha, self.beta, self.gamma)
-
-    def taken(self, reducer) -> float:
-        """Energy taken so far [J]."""
-        return reducer.total(self.work, self.nodes.n)
-
-    def state(self):
-        return {"viscosity.work": runtime.get(self.work, self.nodes.n)}
-
-    def restore(self, state) -> None:
-        runtime.put(self.work, state["viscosity.work"])
 
 
 @ti.kernel

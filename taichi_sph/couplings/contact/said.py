@@ -82,4 +82,4 @@ def met(scene: Any, one: str, other: str) -> Met:
     return Met(said.meet and possible, said.restitution, said.meet)
 
 
-KIND = Kind("meeting", "meetings", Meeting)
+KIND = Kind("meeting", "meetings", Meeting, "taichi_sph.couplings.contact.coupling:couplings", rank=8)  # sees all other forces

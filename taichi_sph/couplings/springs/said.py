@@ -60,4 +60,4 @@ class Spring(Frozen):
         scene.in_time("a spring acts", "springs")
 
 
-KIND = Kind("spring", "springs", Spring)
+KIND = Kind("spring", "springs", Spring, "taichi_sph.couplings.springs.coupling:couplings", rank=1)

@@ -80,7 +80,6 @@ class TipHistory:
     across: np.ndarray
     speed: np.ndarray
     plateau: float
-    rise_time: float
 
 
 def tip_history(p: Pattern, samples: int = 200) -> TipHistory | None:
@@ -117,7 +116,7 @@ def tip_history(p: Pattern, samples: int = 200) -> TipHistory | None:
     inside = (np.arange(samples) >= risen) & (grid <= t[-1] - half)  # the last windows are one-sided
     if not inside.any():
         inside = np.arange(samples) >= risen
-    return TipHistory(grid, front, side, speed, float(speed[inside].mean()), float(grid[risen]))
+    return TipHistory(grid, front, side, speed, float(speed[inside].mean()))
 
 
 # --- the measures -------------------------------------------------------------------------------

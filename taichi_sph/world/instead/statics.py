@@ -15,24 +15,28 @@ from ...bodies.nodal.loads import undrilled
 from ...bodies.shell_sph.pressure import LEAVE
 from ...bodies.shell_sph.stable_dt import largest_frequency
 from ...errors import RunStopped
+from ...pool import Pool
 from ...runtime import ti
 
 LOOK = 25  # steps between two looks at residual and damping
 
 
 @ti.data_oriented
-class Relaxation:
-    """Brings one simulation to equilibrium under the loads of a pseudo-time."""
+class Relaxation(Pool):
+    """Brings a group to equilibrium under the loads of a pseudo-time."""
+
+    kept = ("steps", "load", "residual", "work", "u", "force", "director", "moment")
 
     def __init__(self, world, group, tolerance: float, max_steps: int):
+        super().__init__("relax")
         self.world, self.group, self.tolerance, self.max_steps = world, group, tolerance, max_steps
-        nodes = group.nodes
-        self.ratio = runtime.new("relax.ratio", nodes.n)  # weight across the shell over weight along it
-        self.before = runtime.new("relax.before", nodes.n, nodes.dim)  # force of the step before
-        self.sums = runtime.new("relax.sums", nodes.n, 3)  # -du . df, du . M du, |f|^2
-        self.total = runtime.new("relax.total", 1, 3, "f64")
+        nodes, n, dim = group.nodes, group.nodes.n, group.nodes.dim
+        self.ratio = self.field("ratio", n, doc="weight across the shell over weight along it", keeps=True)
+        self.before = self.field("before", n, dim, unit="N", doc="force of the step before")
+        self.sums = self.field("sums", n, 3, doc="-du . df [J], du . M du, |f|^2 [N2]")
+        self.total = self.field("total", 1, 3, "f64", doc="their sums")
         if nodes.bends:
-            self.before_couple = runtime.new("relax.before_couple", nodes.n, 3)
+            self.before_couple = self.field("before_couple", n, 3, unit="N m", doc="couple of the step before")
             k_n = runtime.get(group.cells.shear, group.cells.n).mean()
             material = group.material
             K = material.young[0] * material.thickness[0] / (1.0 - material.poisson[0] ** 2)
@@ -46,7 +50,10 @@ class Relaxation:
         self.residual = 0.0
         self.steps = 0
         self.work = 0.0  # J, of the loads: trapezoidal over the increments, which start from no load
-        self._booked = None  # displacements, forces, directors, moments of the increment before
+        # of the increment before: displacements [m], forces [N], directors, moments [N m]; those at rest before the first
+        self.u, self.force = np.zeros((n, dim)), np.zeros((n, dim))
+        self.director = runtime.get(nodes.N, n) if nodes.bends else np.zeros((n, 3))
+        self.moment = np.zeros((n, 3))
 
     def status(self) -> dict[str, float]:
         return {"relaxation_steps": self.steps, "residual": self.residual}
@@ -55,28 +62,8 @@ class Relaxation:
     def rule(self) -> str:
         return f"{self.group.scene.static.increments} equal load increments"
 
-    def state(self) -> dict[str, np.ndarray]:
-        n, dim = self.group.nodes.n, self.group.nodes.dim
-        u, force, director, moment = self._booked or (None, None, None, None)
-        return {
-            "relax.numbers": np.array([self.steps, self.load, self.residual, self.work, self._booked is not None]),
-            "relax.ratio": runtime.get(self.ratio, n),
-            "relax.u": np.zeros((n, dim)) if u is None else u,
-            "relax.force": np.zeros((n, dim)) if force is None else force,
-            "relax.director": np.zeros((n, 3)) if director is None else director,
-            "relax.moment": np.zeros((n, 3)) if moment is None else moment,
-        }
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        steps, self.load, self.residual, self.work, booked = (float(x) for x in state["relax.numbers"])
-        self.steps = int(steps)
-        runtime.put(self.ratio, np.asarray(state["relax.ratio"]))
-        bends, twists = self.group.nodes.bends, self.group.loads.twists
-        self._booked = None
-        if booked:
-            director = np.asarray(state["relax.director"]) if bends else None
-            moment = np.asarray(state["relax.moment"]) if twists else None
-            self._booked = (np.asarray(state["relax.u"]), np.asarray(state["relax.force"]), director, moment)
+    def renew(self) -> None:
+        """The loads follow from the time."""
         self.group.loads.update(self.world.time)
 
     def settle(self, time: float) -> None:
@@ -92,20 +79,19 @@ class Relaxation:
         nodes, loads, n = group.nodes, group.loads, group.nodes.n
         u = runtime.get(nodes.u, n).astype(np.float64)
         force = runtime.get(loads.force.total, n).astype(np.float64) if loads.pushes else np.zeros_like(u)
-        director = runtime.get(nodes.N, n) + runtime.get(nodes.d, n) if nodes.bends else None
-        moment = runtime.get(loads.moment.total, n).astype(np.float64) if loads.twists else None
-        if self._booked is None:
-            start = runtime.get(nodes.N, n) if nodes.bends else None
-            self._booked = (0.0 * u, 0.0 * force, start, None if moment is None else 0.0 * moment)
-        u0, force0, director0, moment0 = self._booked
-        self.work += 0.5 * float(np.sum((force + force0) * (u - u0)))
-        if moment is not None:
-            axis = np.cross(director0, director)  # the turn from one director to the next, as a vector
-            sine = np.linalg.norm(axis, axis=1)
-            angle = np.arctan2(sine, np.einsum("ni,ni->n", director0, director))
-            turn = axis * (angle / np.maximum(sine, 1e-300))[:, None]
-            self.work += 0.5 * float(np.sum((moment + moment0) * turn))
-        self._booked = (u, force, director, moment)
+        self.work += 0.5 * float(np.sum((force + self.force) * (u - self.u)))
+        if nodes.bends:
+            director = runtime.get(nodes.N, n) + runtime.get(nodes.d, n)
+            if loads.twists:
+                moment = runtime.get(loads.moment.total, n).astype(np.float64)
+                axis = np.cross(self.director, director)  # the turn from one director to the next, as a vector
+                sine = np.linalg.norm(axis, axis=1)
+                angle = np.arctan2(sine, np.einsum("ni,ni->n", self.director, director))
+                turn = axis * (angle / np.maximum(sine, 1e-300))[:, None]
+                self.work += 0.5 * float(np.sum((moment + self.moment) * turn))
+                self.moment = moment
+            self.director = director
+        self.u, self.force = u, force
 
     def _keep(self) -> None:
         nodes = self.group.nodes

@@ -2,8 +2,9 @@
 
 import pytest
 
+from taichi_sph.laws.hardening import at
+from taichi_sph.laws.necking import rupture_strain, uniform_strain
 from taichi_sph.scene import LemaitreChaboche, Perfect, Power, Table, material
-from taichi_sph.scene.necking import hardening, rupture_strain, uniform_strain
 
 STEEL = material("steel, tank")
 NECKED = material(STEEL.name, damage=STEEL.damage.model_copy(update={"necks": True}))
@@ -17,7 +18,7 @@ def test_uniform_strain_in_closed_form():
 
 
 def test_at_the_uniform_strain_the_slope_is_the_stress():
-    stress, slope = hardening(STEEL.strength, uniform_strain(STEEL.strength))
+    stress, slope = at(STEEL.strength, uniform_strain(STEEL.strength))
     assert slope == pytest.approx(stress, rel=1e-6)
 
 
