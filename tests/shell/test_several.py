@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from functools import cache
-
 import numpy as np
 import pytest
 
-from taichi_sph import runtime
-from taichi_sph.pool import Pool
 from taichi_sph.runtime import ti
 from taichi_sph.scene import (
-    Ball,
     Box,
     Collocation,
     Cut,
@@ -24,14 +18,11 @@ from taichi_sph.scene import (
     NodalForce,
     NodalMoment,
     Numerics,
-    Output,
     Plate,
     Power,
     PrescribedVelocity,
-    Probe,
     Scene,
     Shell,
-    Static,
     SurfacePressure,
 )
 from taichi_sph.world.world import World
