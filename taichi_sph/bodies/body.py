@@ -25,6 +25,11 @@ class Span:
     first: int
     n: int
 
+    @property
+    def rows(self) -> slice:
+        """Its rows of an array of the pool."""
+        return slice(self.first, self.first + self.n)
+
 
 @dataclass
 class Now:

@@ -61,6 +61,8 @@ class FluidGroup(Rest):
             self.rigid.times = self.every
 
     def move(self, now: Now) -> None:
+        if not now.due(self):
+            return
         self.body.kick_and_drift(*self._steps(now), self.pushed)
 
     def longest_step(self) -> dict[str, float]:
