@@ -15,9 +15,9 @@ THICKNESS, D = 0.8e-3, 1e-3
 SPEED = 20.0
 
 
-def plate(name, z, x=0.0, n=6, thickness=THICKNESS):
+def plate(name, z, x=0.0, n=6, thickness=THICKNESS, every=None):
     surface = Plate(length=n * D, width=n * D, origin=(x, 0, z))
-    return Shell(name=name, surface=surface, thickness=thickness, material=STEEL, motion="free")
+    return Shell(name=name, surface=surface, thickness=thickness, material=STEEL, motion="free", every=every)
 
 
 def ball(name, centre, velocity, radius=2e-3):
@@ -50,12 +50,13 @@ def momentum(sim):
     return total
 
 
-@pytest.mark.parametrize(("e", "thicker"), [(None, 1), (1.0, 1), (0.5, 2)])
-def test_a_plate_thrown_flat_at_a_plate(e, thicker):
-    """As bars in one dimension: what does not bounce takes the common speed, equal plates of restitution 1 exchange theirs."""
+@pytest.mark.parametrize(("e", "thicker", "every"), [(None, 1, None), (1.0, 1, None), (0.5, 2, None), (1.0, 1, 2)])
+def test_a_plate_thrown_flat_at_a_plate(e, thicker, every):
+    """As bars in one dimension: what does not bounce takes the common speed, equal plates of restitution 1 exchange theirs. every: steps
+    of the clock between two of the upper plate's own, which then stands in another group."""
     meetings = [] if e is None else [Meeting(between=("low", "high"), restitution=e)]
     gap = 0.5 * THICKNESS * (1 + thicker) + 0.05e-3
-    sim = start([plate("low", 0.0), plate("high", gap, thickness=thicker * THICKNESS)], {"high": -SPEED}, meetings=meetings)
+    sim = start([plate("low", 0.0), plate("high", gap, thickness=thicker * THICKNESS, every=every)], {"high": -SPEED}, meetings=meetings)
     before = momentum(sim)
     sim.advance_to(8e-6)
     m, M, e = of(sim, "low", "mass").sum(), of(sim, "high", "mass").sum(), e or 0.0
