@@ -49,6 +49,13 @@ class SurfaceMesh:
         return np.linalg.norm(self.area_vectors, axis=1)
 
     @cached_property
+    def volume(self) -> float:
+        """Inside a closed surface [m3], negative where it points inward; no meaning where it is open."""
+        p = self.points - self.points.mean(axis=0)
+        a, b, c, d = (p[np.where(self.cells < 0, self.cells[:, :1], self.cells)[:, k]] for k in range(4))
+        return float((np.einsum("mi,mi->m", a, np.cross(b, c)) + np.einsum("mi,mi->m", a, np.cross(c, d))).sum() / 6)
+
+    @cached_property
     def centres(self) -> np.ndarray:
         """(M, 3) mean of the corners: where the stress point stands."""
         p = self.points[np.where(self.cells < 0, 0, self.cells)]

@@ -14,6 +14,7 @@ from ...scene.schema import Scene
 from ..body import Entries, Now, Rest, Span
 from .body import FluidBody
 from .fill import fill_fluid
+from .port import FluidSurface
 
 FASTEST = 3.0  # speed of a fluid over that of sound in it
 LOOK = 10  # steps between two looks at the speed of a fluid
@@ -103,6 +104,9 @@ class FluidGroup(Rest):
 
     def pools(self) -> list[Pool]:
         return self.body.pools()
+
+    def surface(self) -> FluidSurface:
+        return FluidSurface(self)
 
     def state(self) -> dict[str, np.ndarray]:
         return state_of(self.pools())

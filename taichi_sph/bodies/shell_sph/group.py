@@ -24,6 +24,7 @@ from .damper import Damper
 from .edge_filter import THESIS_STEP, EdgeFilter
 from .galerkin import Galerkin
 from .metal import thicknesses
+from .port import ShellSurface
 from .pressure import BOOK, START, Pressed, SurfacePressures
 from .rupture import Rupture
 from .said import Shell
@@ -249,6 +250,9 @@ class ShellGroup(Rest):
             for letter, field in (("u", self.nodes.u), ("v", self.nodes.v))
             for c, axis in enumerate("xyz")
         }
+
+    def surface(self) -> ShellSurface | None:
+        return ShellSurface(self) if self.nodes.bends else None
 
     def pools(self) -> list[Pool]:
         """All that has fields or history; what the links and the internal forces renew follows from nodes and cells."""
