@@ -13,7 +13,7 @@ from taichi_sph.scene import Fluid, Length, Numerics, Output, Quality, Quantity,
 SPACING = {"draft": 20e-3, "standard": 12e-3, "paper": 8.5e-3}  # m, of the shells
 PARTICLES = 1.19  # spacing of the waters over that of the shells
 APART = 0.4  # m, between the axes
-DURATION = {"draft": 2e-4, "standard": 1e-3, "paper": 2.1e-3}  # s
+DURATION = {"draft": 5e-4, "standard": 1e-3, "paper": 2.1e-3}  # s
 
 
 def scene(
