@@ -71,6 +71,36 @@ def test_one_part_of_a_file(tmp_path, name):
         assert "did you mean 'front'?" in said(path, part="frnt")
 
 
+TEXTS = [n for n in WRITERS if not n.startswith(("little", "big", "bytes", "twob", "fourb", "m.vt", "text.vt"))]
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_ends_of_lines_comments_and_capitals_change_nothing(tmp_path, name):
+    points, quads = box()
+    data = WRITERS[name](points, quads)
+    sound = read_mesh(text_of(tmp_path, name, data))
+    comment = {
+        ".inp": b"** x\n",
+        ".bdf": b"$ x\n",
+        ".nas": b"$ x\n",
+        ".k": b"$ x\n",
+        ".key": b"$ x\n",
+        ".dyn": b"$ x\n",
+        ".rad": b"# x\n",
+        ".obj": b"# x\n",
+    }
+    others = [data.replace(b"\n", b"\r\n"), data.rstrip(b"\n")]
+    if Path(name).suffix in comment:
+        others.append(data.replace(b"\n", b"\n" + comment[Path(name).suffix]))
+    if Path(name).suffix in (".inp", ".bdf", ".nas"):
+        others.append(data.lower())
+    if Path(name).suffix in (".obj", ".inp"):
+        others.append(data.replace(b"\n", b"  \n\n"))
+    for other in others:
+        mesh = read_mesh(text_of(tmp_path, name, other))
+        assert np.array_equal(mesh.points, sound.points) and np.array_equal(mesh.cells, sound.cells)
+
+
 EXPECTED = {
     "folded.obj": "is folded onto its neighbour 54",
     "folded.ply": "is folded onto its neighbour 73",
@@ -326,7 +356,7 @@ def test_near_nodes_that_remain_are_an_error(tmp_path):
     points = np.vstack([points, points[quads[0, 0]] + [5e-4, 0, 0]])
     quads[0, 0] = len(points) - 1
     sentence = said(text_of(tmp_path, "m.obj", obj(points, quads)))
-    assert f"nodes {first} and {len(points)} at" in sentence and "0.5 mm apart, 0.005 of their cells, and no cell joins them" in sentence
+    assert f"nodes {first} and {len(points)} at" in sentence and "500 um apart, 0.005 of their cells, and no cell joins them" in sentence
 
 
 def test_a_slit_of_zero_width(tmp_path):

@@ -12,8 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import SceneError
-from .raw import Cells, Nodes, Raw, Text, left_out, raw, shown
+from .raw import Cells, Nodes, Raw, Text, left_out, raw, refused, shown
 
 SHELLS = {"CQUAD4": (4, 4, 6), "CQUADR": (4, 4, 6), "CTRIA3": (3, 3, 5), "CTRIAR": (3, 3, 5), "CQUAD8": (4, 8, 13), "CTRIA6": (3, 6, 8)}
 BESIDE = tuple("CBAR CBEAM CBEND CROD CONROD CTUBE CBUSH CELAS CONM CMASS CDAMP CVISC CGAP CWELD CFAST CSEAM RBE RBAR RROD RSPLINE".split())
@@ -48,14 +47,14 @@ class _Reader:
                 corners, count, offset = SHELLS[name]
                 number = self._int(f, 0)
                 pid = self._int(f, 1, number)
-                nodes = [self._int(f, k) for k in range(2, 2 + corners)]
+                own = [self._int(f, k) for k in range(2, 2 + corners)]
                 if count > corners:
                     self.dropped += 1
                 if f[offset : offset + 1] not in ([], [""]) and self._real(f, offset) != 0.0:
                     self.offsets += 1
-                if any(n <= 0 for n in nodes):
+                if any(n <= 0 for n in own):
                     text.fail(f"element {number} lacks a node")
-                cells.add(number, tuple(nodes), f"pid {pid}")
+                cells.add(number, tuple(own), f"pid {pid}")
             elif name == "GRID":
                 number = self._int(f, 0)
                 at = (self._real(f, 2), self._real(f, 3), self._real(f, 4))
@@ -91,7 +90,7 @@ class _Reader:
         for number, point in self._placed().items():
             nodes.add(number, point)
         if not cells.corners:
-            raise SceneError(
+            raise refused(
                 f"mesh {text.name} has no shell elements (CQUAD4, CTRIA3){'; ' + left_out(self.beside)[0] if self.beside else ''}"
             )
         notes = left_out(self.beside)
