@@ -4,8 +4,9 @@
     balls      of the groups with many, then the thin balls of discs, then of the groups with few
     discs      one for each mover of the groups that have them
 
-A coupling puts movers on the list (`who`, in the order of their numbers), each group fills the fields of its own part of the list (`offer`),
-the coupling leaves impulses there, and each group takes its own as forces (`take`). Where elements are is asked for by searches only (`look`).
+A coupling puts movers on the list (`who`, in the order of their numbers), each group fills the fields of its own part of the list
+(`offer`), the coupling leaves impulses there, and each group takes its own as forces (`take`). Where elements are is asked for by
+searches only (`look`).
 """
 
 import numpy as np

@@ -13,8 +13,8 @@ Two shells meet by thin balls, one at each node with half the thickness: the nod
 other way round, so that neither is preferred and a fine shell does not slip through a coarse one. The gap is the distance less both half
 thicknesses: each counts once.
 
-Which loop finds a pair follows from the numbers: few balls are tried against everything, many balls against many discs by a grid. Candidates
-are counted and written by their owners in order: the list is the same for any number of threads.
+Which loop finds a pair follows from the numbers: few balls are tried against everything, many balls against many discs by a grid.
+Candidates are counted and written by their owners in order: the list is the same for any number of threads.
 
 Bodies that pairs link are one part (`root`: the smallest body number in it). The pairs of a part are searched when that part has moved,
 with its own distance and its own grid, so that nothing in a part follows from another one far away.
