@@ -37,16 +37,16 @@ class Port(Pool):
         self.n_discs = sum(s.n for s in surfaces if s.discs is not None)
         many = [s for s in surfaces if s.balls is not None and not s.few]
         few = [s for s in surfaces if s.balls is not None and s.few]
-        self.n_many = sum(len(s.balls.mover) for s in many)
+        self.n_many = sum(s.n_balls for s in many)
         self.n_wide = self.n_many + (self.n_discs if thin else 0)
-        self.n_balls = self.n_wide + sum(len(s.balls.mover) for s in few)
+        self.n_balls = self.n_wide + sum(s.n_balls for s in few)
         movers, bodies, balls, discs = 0, 0, {}, 0
         count = 0
         for s in (*many, *few):
             if s is next(iter(few), None):
                 count = self.n_wide
             balls[id(s)] = count
-            count += len(s.balls.mover)
+            count += s.n_balls
         for s in surfaces:
             s.first = First(movers, bodies, balls.get(id(s), 0), self.n_many + discs if thin else 0, discs)
             movers, bodies, discs = movers + s.n, bodies + len(s.bodies), discs + (s.n if s.discs is not None else 0)

@@ -31,10 +31,13 @@ Transverse shear is bounded in thin shells, G_s = k G e / (1 + alpha (D/e)^2) wi
 of the order of the discretisation itself, and nothing changes where e > D (docs/method.md).
 """
 
+from typing import Any
+
 import numpy as np
 
 from ... import runtime
 from ...geometry.mesh import SurfaceMesh, tangent_frames
+from ...numerics.reduce import Reducer
 from ...pool import Pool
 from ...runtime import ti
 from .build import Model, bounded_shear, by_cell, by_node, cell_spacing
@@ -67,7 +70,7 @@ class Galerkin(Pool):
         n = nodes.n
         local = mesh.node_spacing
         spacing = np.concatenate([0.5 * (local[edges.nodes[:, 0]] + local[edges.nodes[:, 1]]), local])
-        forms = [body.numerics.formulation for body in bodies]
+        forms: list[Any] = [body.numerics.formulation for body in bodies]
         support = by_node(bodies, [form.support for form in forms])
         body_of_row = by_node(bodies, np.arange(len(bodies)))
         first_ends = edges.nodes[:, 0]
@@ -171,15 +174,15 @@ class Galerkin(Pool):
         _break_blind(self.rows, self.cells, self.n_edges, n_touched)
         _cell_forces_touched(self, n_touched, self.n_edges)
 
-    def stored(self, reducer) -> float:
+    def stored(self, reducer: Reducer) -> float:
         """Energy in the residuals [J]."""
         return reducer.total(self.residual, self.nodes.n)
 
-    def lost(self, reducer) -> float:
+    def lost(self, reducer: Reducer) -> float:
         """What damage took from the residuals [J]."""
         return reducer.total(self.residual_lost, self.nodes.n) if self.material.damages else 0.0
 
-    def dissipated(self, reducer) -> float:
+    def dissipated(self, reducer: Reducer) -> float:
         """What plastic flow took from the residuals [J]."""
         return reducer.total(self.slipped, self.nodes.n) if self.material.yields else 0.0
 

@@ -20,6 +20,9 @@ Bodies that pairs link are one part (`root`: the smallest body number in it). Th
 with its own distance and its own grid, so that nothing in a part follows from another one far away.
 """
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from ... import runtime
@@ -168,7 +171,7 @@ class Pairs(Pool):
     def renew(self) -> None:
         self.list_movers()
 
-    def _collect(self, look, owners: int, reach: float, *more) -> None:
+    def _collect(self, look: Callable[..., None], owners: int, reach: float, *more: Any) -> None:
         """Count what each owner finds, then have it written behind what is there."""
         look(self, owners, reach, 0, self.n, *more)
         found = running(self.start, owners)
