@@ -21,10 +21,10 @@ from __future__ import annotations
 import contextlib
 import math
 import os
+import re
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import get_args
 
 import h5py
 import numpy as np
@@ -42,6 +42,7 @@ EXACT = frozenset({"points", "reference"})  # kept in f64: displacements are dif
 DAMAGE = (OSError, KeyError, RuntimeError, ValueError, TypeError, IndexError, AttributeError, OverflowError)  # what HDF5 and we make of it
 FILTERS = {h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE}
 DEFLATED = 1040  # how many times smaller deflate can make anything, rounded up
+KIND = re.compile(r"[a-z][a-z0-9_]{0,39}")
 DEPTH = 3  # of groups: VTKHDF/Steps/PointDataOffsets
 
 
@@ -325,13 +326,13 @@ class FramesFile:
             raise SceneError("is damaged: it has other times than steps")
         self._points = int(self._root["NumberOfPoints"][0])
         self.kind: Kind = self._root.attrs.get("Kind", b"shell").decode()
-        if self.kind not in get_args(Kind):
+        if not KIND.fullmatch(self.kind):
             raise SceneError(f"is damaged: there is no kind of body '{' '.join(self.kind.split())[:60]}'")
         self.cells = NO_CELLS
         offsets, corners = self._root["Offsets"][:], self._root["Connectivity"][:]
         if self._root.attrs["Sum"] != _sum(offsets, corners):
             raise SceneError("is damaged: its cells are not what was written")
-        if self.kind == "shell":
+        if (self._root["Types"][:] != VTK_VERTEX).any():
             sizes = np.diff(offsets)
             if offsets[:1] != 0 or not np.isin(sizes, (3, 4)).all() or offsets[-1] != len(corners):
                 raise SceneError("is damaged: its cells have neither three nor four corners")

@@ -20,7 +20,7 @@ from ..scene import Scene
 from . import watchdog
 from .instead.limit import LimitSearch
 from .instead.modes import ModeSearch
-from .instead.statics import Relaxation
+from .instead.statics import Statics
 from .ledger import balance, summed
 from .step import step
 
@@ -47,13 +47,13 @@ class World:
         self.couplings = [made for kind in coupling_kinds() for made in kind.make(scene, self.groups)]
         self.every = common_schedule(self.groups)
         self.leak = LeakGauge(self.shell, self._only("fluid")) if any(getattr(f.fill, "shell", None) for f in scene.fluids) else None
-        self._probed = [(p, self.shell.probed(p.point)) for p in scene.output.probes]
+        self._probed = [(p, group, group.probed(p.point, p.body)) for p in scene.output.probes for group in [self.group_of(p.body)]]
         for one in (*self.groups, *self.couplings):
             one.start()
         self._fit_dt()
         self._dt_before = 0.0  # v_0 is given at t = 0: the first kick is half a step
         if scene.static is not None:
-            self.relaxation = Relaxation(self, self.shell, scene.static.residual, scene.static.max_steps)
+            self.relaxation = Statics(self, [group for group in self.groups if group.kind == "shell"], scene.static)
         elif scene.modes is not None:
             self.relaxation = ModeSearch(self, self.shell, scene.modes.count)
         elif scene.limit is not None:
@@ -71,6 +71,10 @@ class World:
         if len(found) > 1:
             raise ValueError(f"there are {len(found)} groups of kind '{kind}': say which")
         return found[0] if found else None
+
+    def group_of(self, name: str):
+        """The group of the body of that name."""
+        return next(group for group in self.groups if name in [body.name for body in group.bodies])
 
     @property
     def shell(self):
@@ -188,7 +192,7 @@ class World:
         found = summed(self.groups, self.couplings)
         if self.relaxation is not None:  # nothing moves; the loads do their work from increment to increment
             found.kinetic = 0.0
-            found.external = self.relaxation.work + sum(group.pressed() for group in self.groups)
+            found.external = self.relaxation.work + sum(group.pressed() for group in self.groups if hasattr(group, "pressed"))
         return {"time": self.time - self._dt_before, **balance(found, self.injected)}
 
     def status(self) -> dict[str, int]:
@@ -208,7 +212,7 @@ class World:
 
     def probes(self) -> dict[str, dict[str, float]]:
         """Displacement [m] and velocity [m/s] at the probes of the scene."""
-        return {probe.name: self.shell.probe(i) for probe, i in self._probed}
+        return {probe.name: group.probe(i) for probe, group, i in self._probed}
 
     def tracks(self, look: bool = True) -> dict[str, dict[str, float]]:
         """By the name of its history: what is followed of each rigid body (bodies.rigid.group), and the leak (observers.leak), looked at
@@ -234,7 +238,7 @@ class World:
     def pools(self) -> list[Pool]:
         """All that has fields or history."""
         found = [pool for part in (*self.groups, *self.couplings) for pool in part.pools()]
-        return found if self.relaxation is None else [*found, self.relaxation]
+        return found if self.relaxation is None else [*found, *self.relaxation.pools()]
 
     @property
     def _keepers(self) -> list:

@@ -356,7 +356,7 @@ def test_near_nodes_that_remain_are_an_error(tmp_path):
     points = np.vstack([points, points[quads[0, 0]] + [5e-4, 0, 0]])
     quads[0, 0] = len(points) - 1
     sentence = said(text_of(tmp_path, "m.obj", obj(points, quads)))
-    assert f"nodes {first} and {len(points)} at" in sentence and "0.5 mm apart, 0.005 of their cells, and no cell joins them" in sentence
+    assert f"nodes {first} and {len(points)} at" in sentence and "500 um apart, 0.005 of their cells, and no cell joins them" in sentence
 
 
 def test_a_slit_of_zero_width(tmp_path):

@@ -35,5 +35,5 @@ def count(fluid: Fluid, spacing: float, surface: Surface | None = None, thicknes
         low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
         if fluid.fill.level is not None:
             high[axis] = min(high[axis], fluid.fill.level)
-        volume = float(np.prod(np.maximum(high - low, 0.0)))  # of the box around it: its lattice is made first
+        volume = min(abs(mesh.volume), float(np.prod(np.maximum(high - low, 0.0))))
     return 0 if volume is None else int(min(max(volume, 0.0) / d / d / d, COUNTED))

@@ -14,6 +14,7 @@ from ...scene.schema import Scene
 from ..body import Entries, Now, Rest, Span
 from .body import FluidBody
 from .fill import fill_fluid
+from .port import FluidSurface
 
 FASTEST = 3.0  # speed of a fluid over that of sound in it
 LOOK = 10  # steps between two looks at the speed of a fluid
@@ -60,6 +61,8 @@ class FluidGroup(Rest):
             self.rigid.times = self.every
 
     def move(self, now: Now) -> None:
+        if not now.due(self):
+            return
         self.body.kick_and_drift(*self._steps(now), self.pushed)
 
     def longest_step(self) -> dict[str, float]:
@@ -101,6 +104,9 @@ class FluidGroup(Rest):
 
     def pools(self) -> list[Pool]:
         return self.body.pools()
+
+    def surface(self) -> FluidSurface:
+        return FluidSurface(self)
 
     def state(self) -> dict[str, np.ndarray]:
         return state_of(self.pools())

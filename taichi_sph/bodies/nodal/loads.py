@@ -14,13 +14,14 @@ from .nodes import Nodes
 class Loads(Pool):
     """Nodal forces and moments by entries (node, load, rise); motions by number, found through nodes.fixed."""
 
-    def __init__(self, nodes: Nodes, forces: Sequence, motions: Sequence, moments: Sequence = (), name: str = "loads"):
+    def __init__(self, nodes: Nodes, forces: Sequence, motions: Sequence, moments: Sequence = (), name: str = "loads", blows: bool = False):
         """forces: list of (node numbers, (n, dim) forces [N], rise [s]); moments: the same, (n, 3) [N m];
         motions: list of (node numbers, (dim,) mask, (dim,) velocity [m/s], (3,) mask, (3,) spin [rad/s], rise [s]);
-        the second pair counts for a shell that bends. rise 0 = step."""
+        the second pair counts for a shell that bends. rise 0 = step. blows: they act now and then, as blows (slow.SlowNodes)."""
         super().__init__(name)
         self.nodes = nodes
         self.pushes, self.twists, self.moves = bool(forces), bool(moments), bool(motions)
+        self.blows = blows
         self.acts = self.pushes or self.twists or self.moves
         self.constant = all(rise == 0 for _, _, rise in [*forces, *moments])
         if self.acts:
@@ -57,9 +58,13 @@ class Loads(Pool):
             self.rise[m] = rise
         runtime.put(nodes.fixed, fixed)
 
+    def given(self) -> list["NodalLoad"]:
+        """Forces and moments, where there are any."""
+        return [*([self.force] if self.pushes else []), *([self.moment] if self.twists else [])]
+
     def pools(self) -> list[Pool]:
         """All that has fields."""
-        return [self, *([self.force] if self.pushes else []), *([self.moment] if self.twists else [])]
+        return [self, *self.given()]
 
     def set(self, time: float) -> None:
         """Loads at `time`."""

@@ -17,9 +17,8 @@ from ... import runtime
 from ...geometry.mesh import SurfaceMesh, tangent_frames
 from ...pool import Pool
 from ...runtime import ti
-from ..nodal.nodes import Nodes
+from .build import Model, bounded_shear, by_cell, by_node, cell_spacing, centred
 from .links import Links
-from .pool import Cells, MaterialPool
 from .selective import SelectiveShear, node_shears, shear_at, shear_dead, take_shear
 from .stress import resultants
 
@@ -30,13 +29,17 @@ class Collocation(Pool):
 
     look_every = 25  # steps between two looks at the largest frequency while things break: ruptures raise it by half within tens of steps
 
-    def __init__(self, mesh: SurfaceMesh, nodes: Nodes, cells: Cells, material: MaterialPool, settings, suffix: str = ""):
+    def __init__(self, model: Model, suffix: str = ""):
         name = f"collocation{suffix}"
         super().__init__(name)
-        self.nodes, self.cells, self.material = nodes, cells, material
+        mesh, bodies = model.mesh, model.bodies
+        self.bodies = bodies
+        self.nodes, self.cells, self.material = nodes, cells, material = model.nodes, model.cells, model.material
         self.bends = nodes.bends
         local = mesh.node_spacing
-        corner = np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)
+        forms = [body.numerics.formulation for body in bodies]
+        supports, numbers = [form.support for form in forms], np.arange(len(bodies))
+        of_nodes = nodes.body if nodes.several else None
         frames = tangent_frames(mesh.node_normals)
         at_cells = {
             "sources": nodes.X,
@@ -45,13 +48,16 @@ class Collocation(Pool):
             "points": np.repeat(mesh.centres[:, None], 2, axis=1),
             "n_points": np.ones(cells.n),
             "frames": mesh.frames,
-            "h": settings.support * local[corner].mean(axis=1),
+            "h": by_cell(bodies, supports) * cell_spacing(mesh),
+            "source_body": of_nodes,
+            "body": by_cell(bodies, numbers),
         }
         at_nodes = {
             "points": np.repeat(mesh.points[:, None], 2, axis=1),
             "n_points": np.ones(nodes.n),
             "frames": frames,
-            "h": settings.support * local,
+            "h": by_node(bodies, supports) * local,
+            "body": by_node(bodies, numbers),
         }
         self.strains = Links(f"{name}.strains", **at_cells, order=np.ones(cells.n), gradient=True)
         self.divergence = Links(
@@ -59,6 +65,7 @@ class Collocation(Pool):
             sources=cells.centre,
             n_sources=cells.n,
             dead_source=cells.broken,
+            source_body=cells.body if nodes.several else None,
             **at_nodes,
             order=np.ones(nodes.n),
             gradient=True,
@@ -69,6 +76,7 @@ class Collocation(Pool):
             sources=nodes.X,
             n_sources=nodes.n,
             dead_source=nodes.fragment,
+            source_body=of_nodes,
             **at_nodes,
             order=np.zeros(nodes.n),
         )
@@ -91,19 +99,17 @@ class Collocation(Pool):
             self.root = self.field("root", cells.n, 3, doc="r11, r12, r22: makes the tangents of a cell orthonormal")
             runtime.put(self.t1, np.ascontiguousarray(frames[:, 0]))
             runtime.put(self.t2, np.ascontiguousarray(frames[:, 1]))
-            e, young, nu = material.thickness[0], material.young[0], material.poisson[0]
-            D = local[corner].mean(axis=1)
-            bounded = 1.0 + settings.shear_bound * (D / e) ** 2
-            runtime.put(cells.shear, 5.0 / 6.0 * young * e / (2.0 * (1.0 + nu)) / bounded)
-        self.selects = self.bends and settings.selective_shear
+            constants = list(zip(*(material.numbers(key) for key in ("thickness", "young", "poisson"))))
+            runtime.put(cells.shear, bounded_shear(bodies, by_cell, constants, cell_spacing(mesh)))
+        self.selects = self.bends and forms[0].selective_shear
         if self.selects:
-            self.shear = SelectiveShear(mesh, nodes, cells, material, at_nodes, self.divergence.own, f"selective{suffix}")
+            self.shear = SelectiveShear(model, at_nodes, self.divergence.own, f"selective{suffix}")
             self.links += self.shear.links
         for links in self.links:
             links.renew_all()
         self._reference(mesh)
         if self.selects:
-            self.shear.begin(mesh)
+            self.shear.begin()
 
     def _reference(self, mesh: SurfaceMesh) -> None:
         """Tangents and directors of the reference, by the operator itself: a rigid motion then strains nothing."""
@@ -113,7 +119,7 @@ class Collocation(Pool):
             runtime.put(self.cells.a1, np.ascontiguousarray(mesh.frames[:, 0, :dim]))
             runtime.put(self.cells.a2, np.ascontiguousarray(mesh.frames[:, 1, :dim]))
             return
-        raw = self._gradients(mesh.points - mesh.points.mean(axis=0))
+        raw = self._gradients(centred(self.bodies))
         values, vectors = np.linalg.eigh(np.einsum("mai,mbi->mab", raw, raw))
         root = np.einsum("mak,mk,mbk->mab", vectors, values**-0.5, vectors)
         tangents = np.einsum("mab,mbi->mai", root, raw)

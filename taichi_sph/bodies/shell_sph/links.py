@@ -1,7 +1,7 @@
 """Frozen neighbourhoods with MLS coefficients: rows (where something is evaluated) x sources (what is summed).
 
 A row is evaluated at one or two points of the reference surface (two: the Gauss points of an edge, whose
-mean is kept). Its coefficients are
+mean is kept) and sums sources of its own body alone. Its coefficients are
 
     "value"     mean of Phi_j                        edge means of the galerkin form
     "residual"  delta_ij - Phi_j at node i           what stabilises it
@@ -45,6 +45,8 @@ class Links(Pool):
         values: bool = False,
         weight=None,  # field (S,): factor on the kernel weight of each source; None: 1
         transposed: bool = False,
+        source_body=None,  # field (S,) i32: number of the body of a source; None: there is one body
+        body: np.ndarray | None = None,  # (R,) that of a row
     ):
         super().__init__(name)
         self.n = len(points)
@@ -55,6 +57,10 @@ class Links(Pool):
         self.weighs = weight is not None
         self.weight = weight
         self.transposed = transposed
+        self.several = source_body is not None
+        self.source_body = source_body
+        if self.several:
+            self.body = self._ints("body", body, "number of the body of the row")
         n = self.n
         self.at = self.field("at", 2 * n, 3, "f64", unit="m", doc="evaluation points, two a row")
         runtime.put(self.at, np.ascontiguousarray(points.reshape(-1, 3)))
@@ -124,12 +130,15 @@ class Links(Pool):
 
 @ti.func
 def _near(links: ti.template(), r, j):
-    """1 when source j lies in the support of one of the evaluation points of row r."""
+    """1 when source j is of the body of row r and lies in the support of one of its evaluation points."""
     reach = 2.0 * links.h[r]
     result = 0
     for g in range(links.n_points[r]):
         if (links.sources[j] - links.at[2 * r + g]).norm() < reach:
             result = 1
+    if ti.static(links.several):
+        if links.source_body[j] != links.body[r]:
+            result = 0
     return result
 
 
@@ -352,7 +361,11 @@ def _cut(links: ti.template(), cells: ti.template(), n: ti.i32, new_cells: ti.te
             s = new_cells[m]
             middle = 0.5 * (links.at[2 * r] + links.at[2 * r + 1])
             reach = 2.0 * links.h[r] + cells.radius[s] + 0.5 * (links.at[2 * r] - links.at[2 * r + 1]).norm()
-            if (middle - cells.centre[s]).norm() < 1.001 * reach:
+            mine = 1
+            if ti.static(links.several):
+                if cells.body[s] != links.body[r]:
+                    mine = 0
+            if mine == 1 and (middle - cells.centre[s]).norm() < 1.001 * reach:
                 for k in range(links.start[r], links.start[r + 1]):
                     before = links.cut[k]
                     if links.dead_source[links.source[k]] == 1:

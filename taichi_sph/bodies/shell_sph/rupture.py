@@ -44,8 +44,8 @@ class Rupture(Pool):
         n_new = int(group.cells.n_new[0])
         if n_new == 0:
             return False
-        for pressure in group.pressures:
-            pressure.before_rupture(group.now.time)
+        if group.pressures is not None:
+            group.pressures.before_rupture(group.now.time)
         before = group.stored()
         self.open(n_new, group.now.time)
         self.released += before - group.stored()

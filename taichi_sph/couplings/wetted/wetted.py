@@ -46,9 +46,10 @@ import numpy as np
 
 from ... import runtime
 from ...bodies.fluid.walls import MOST, NONE, RIM
-from ...bodies.rigid.pool import spin_of, surface, turned
+from ...bodies.rigid.pool import spin_of, surface
 from ...numerics.cells import CellGrid, bucket, cube, running
 from ...numerics.kernel import w2
+from ...numerics.turns import turned
 from ...pool import Pool
 from ...runtime import ti
 

@@ -51,11 +51,19 @@ class Part:
     text: Text
     nodes: Nodes = field(init=False)
     cells: Cells = field(init=False)
-    sets: dict[str, tuple[str, list[int]]] = field(default_factory=dict)  # by name in capitals: name, element numbers
+    sets: dict[str, tuple[str, list[range]]] = field(default_factory=dict)  # by name in capitals: name, element numbers
     thickness: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.nodes, self.cells = Nodes(self.text), Cells(self.text)
+
+    def rows(self, numbers: list[range]) -> list[int]:
+        """Rows of the elements of a set; what else it has (beams, say) is not there."""
+        seen, found = self.cells.seen, []
+        for some in numbers:
+            few = some if len(some) < len(seen) else (n for n in seen if n in some)
+            found += [seen[n] for n in few if n in seen]
+        return found
 
 
 @dataclass
@@ -108,7 +116,7 @@ class _Reader:
         self.scope = self.flat
         self.where = ""  # "", "part", "assembly", "instance"
         self.instance: Instance | None = None
-        self.assembly_sets: list[tuple[str, str, list[int]]] = []  # name, instance in capitals, element numbers
+        self.assembly_sets: list[tuple[str, str, list[range]]] = []  # name, instance in capitals, element numbers
         self.system: tuple[np.ndarray, np.ndarray] | None = None
         self.beside: dict[str, int] = {}
         self.joining: dict[str, int] = {}
@@ -282,7 +290,7 @@ class _Reader:
         corners, count = self.corners[kind]
         self.dropped += count > 4 or (count > 3 and corners == 3)
         region = options.get("ELSET") or None
-        rows: list[int] = []
+        rows: list[range] = []
         held: list[str] = []
         for text.number, line in data:
             fields = line.split(",")
@@ -293,7 +301,7 @@ class _Reader:
                 text.fail(f"{shown(line)}: an element of type {kind} has a number and {count} nodes, here are {len(held)} numbers")
             number, *nodes = (text.integer(f, "the number of a node or an element") for f in held)
             self.scope.cells.add(number, tuple(nodes[:corners]))
-            rows.append(number)
+            rows.append(range(number, number + 1))
             held = []
         if held:
             text.fail(f"the last element of *ELEMENT, TYPE={kind} is cut off")
@@ -303,7 +311,7 @@ class _Reader:
     def _elset(self, options: dict[str, str], data: list[tuple[int, str]]) -> None:
         text = self.text
         name, instance = self._option(options, "ELSET", "ELSET"), options.get("INSTANCE", "").upper()
-        found: list[int] = []
+        found: list[range] = []
         others = self.scope.sets
         for text.number, line in data:
             fields = [f.strip() for f in line.split(",") if f.strip()]
@@ -311,13 +319,14 @@ class _Reader:
                 if len(fields) not in (2, 3):
                     text.fail(f"{shown(line)}: GENERATE takes first, last and step")
                 first, last, step = ([text.integer(f) for f in fields] + [1])[:3]
-                if step < 1 or last < first or (last - first) // step > 50_000_000:
+                if step < 1 or last < first:
                     text.fail(f"{shown(line)}: GENERATE from {first} to {last} in steps of {step}")
-                found += range(first, last + 1, step)
+                found.append(range(first, last + 1, step))
                 continue
             for f in fields:
                 if f.lstrip("+-").isdigit():
-                    found.append(text.integer(f))
+                    one = text.integer(f)
+                    found.append(range(one, one + 1))
                 elif f.strip('"').upper() in others:
                     found += others[f.strip('"').upper()][1]
                 elif self.where == "assembly":
@@ -326,7 +335,8 @@ class _Reader:
                     if matching:
                         self.assembly_sets += [(name, i, list(numbers)) for _, i, numbers in matching]
                     elif inst and label.isdigit():
-                        self.assembly_sets.append((name, inst.upper(), [text.integer(label)]))
+                        one = text.integer(label)
+                        self.assembly_sets.append((name, inst.upper(), [range(one, one + 1)]))
                     else:
                         text.fail(f"*ELSET {name} names the set {shown(f)}, which is not there yet")
                 else:
@@ -389,7 +399,7 @@ class _Reader:
             if instance.name:
                 regions.setdefault(instance.name, []).append(row + np.arange(len(cell)))
             for key, (name, numbers) in part.sets.items():
-                rows = [part.cells.seen[n] for n in numbers if n in part.cells.seen]
+                rows = part.rows(numbers)
                 if rows:
                     full = f"{instance.name}.{name}" if count[key] > 1 else name
                     regions.setdefault(full, []).append(row + np.array(rows, np.int64))
@@ -397,7 +407,7 @@ class _Reader:
                         thickness[full] = part.thickness[key]
             for name, owner, numbers in self.assembly_sets:
                 if owner == instance.name.upper():
-                    rows = [part.cells.seen[n] for n in numbers if n in part.cells.seen]
+                    rows = part.rows(numbers)
                     if rows:
                         regions.setdefault(name, []).append(row + np.array(rows, np.int64))
             shift += len(at)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
 import subprocess
 import sys
 import tempfile
@@ -29,12 +30,15 @@ FROM = {".med": 1, ".mesh": 1}  # first number of a node; VTK and XDMF count fro
 def read(path: Path, time_limit: float) -> Raw:
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "mesh.npz"
+        root = str(Path(__file__).parents[3])  # of this package, wherever it was found
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])}
         try:
             done = subprocess.run(
                 [sys.executable, "-m", "taichi_sph.geometry.meshfiles.foreign", str(path.resolve()), str(out)],
                 capture_output=True,
                 timeout=time_limit,
                 stdin=subprocess.DEVNULL,
+                env=environment,
             )
         except subprocess.TimeoutExpired:
             raise refused(f"mesh {path.name} was not read within {time_limit:g} s: it is damaged, or needs a longer time_limit") from None

@@ -14,7 +14,6 @@ import numpy as np
 from ...errors import SceneError
 
 LARGEST = 2**31 - 2  # number of a node or an element that a file may use
-DIGITS = frozenset("0123456789+-.eEdD")
 
 
 @dataclass
@@ -75,6 +74,8 @@ class Text:
     def integer(self, text: str, what: str = "a whole number") -> int:
         """A number of a node or an element, 0 to 2^31."""
         digits = text.strip()
+        if len(digits) < 10 and digits.isdecimal():
+            return int(digits)
         if not (digits.isascii() and digits.lstrip("+-").isdigit() and len(digits) < 20):
             self.fail(f"{shown(text)} stands where {what} should")
         value = int(digits)
@@ -84,12 +85,14 @@ class Text:
 
     def real(self, text: str, what: str = "a number") -> float:
         """A finite number; the exponent may be Fortran's (1.0D-3)."""
-        stripped = text.strip()
         try:
-            value = float(stripped.replace("d", "e").replace("D", "e")) if DIGITS.issuperset(stripped) else math.nan
+            value = float(text)
         except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
+            try:
+                value = float(text.replace("d", "e").replace("D", "e"))
+            except ValueError:
+                value = math.nan
+        if not math.isfinite(value) or "_" in text:
             self.fail(f"{shown(text)} stands where {what} should")
         return value
 

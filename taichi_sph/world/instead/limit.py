@@ -89,6 +89,10 @@ class LimitSearch(Pool):
                     return True
         return False
 
+    def pools(self) -> list[Pool]:
+        """All that has history."""
+        return [self]
+
     def status(self) -> dict[str, float]:
         return {
             "predicted": self.predicted,

@@ -46,6 +46,10 @@ class ModeSearch(Pool):
             director /= np.linalg.norm(director, axis=1)[:, None]
             runtime.put(group.nodes.d, (director - N).astype(N.dtype))
 
+    def pools(self) -> list[Pool]:
+        """All that has history."""
+        return [self]
+
     def status(self) -> dict[str, float]:
         return {
             "mode": self.shown + 1,
@@ -91,7 +95,7 @@ def stiffness(group):
 
     operator = Operator(group)
     X = group.mesh.points
-    support = 2.0 * group.scene.numerics.formulation.support * float(group.mesh.node_spacing.max())
+    support = 2.0 * group.shells[0].numerics.formulation.support * float(group.mesh.node_spacing.max())
     ends = X[np.where(group.mesh.cells < 0, group.mesh.cells[:, :1], group.mesh.cells)]
     longest = float(np.linalg.norm(ends[:, :, None] - ends[:, None, :], axis=3).max())
     reach = 2.0 * support + longest
