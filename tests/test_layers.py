@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -131,3 +132,10 @@ def test_only_the_runtime_imports_taichi_and_only_render_draws(path):
         assert "taichi" not in heads
     if part_of(path) not in ("render", "doctor"):
         assert not heads & {"pyvista", "vtk", "vtkmodules", "matplotlib", "PIL"}
+
+
+@pytest.mark.parametrize("path", modules(), ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_no_module_with_kernels_puts_its_annotations_off(path):
+    """Taichi reads the annotations of a kernel: they must not be strings."""
+    text = path.read_text(encoding="utf-8")
+    assert "\nfrom __future__ import annotations" not in text or not re.search(r"^ *@ti\.(kernel|func)", text, re.MULTILINE)
