@@ -16,7 +16,7 @@ class RigidSurface(Surface):
 
     turns, few = True, True
 
-    def __init__(self, group: Any):
+    def __init__(self, group: Any) -> None:
         self.group, self.rigids = group, group.rigids
         rigids = self.rigids
         self.bodies, self.n = group.bodies, rigids.n

@@ -6,9 +6,9 @@
     node force      f_i   = A_i sum_s n^a_s (a_a . grad Phi_s)(X_i)          order-1 MLS from the cells (T 2.27)
     on the director g_i   = A_i sum_s [ m^a_s (a_a . grad Phi_s) - Phi_s q_s ]                          (T 2.28)
 
-Free edges (T 2.2.3.2): the nodes of the border, and those of broken cells (T 2.3.6.1), join their own
-neighbourhood with zero stress. Strain and divergence are not each other's transpose, so energy is not
-conserved by construction: B(%) shows what that costs, and viscosity and filters keep it calm.
+Free edges (T 2.2.3.2): the nodes of the border, and those of broken cells (T 2.3.6.1), join their own neighbourhood with zero stress.
+The divergence is not the transpose of the strain. Therefore the form does not conserve energy by construction: B(%) shows what that
+costs, and viscosity and filters keep the motion calm.
 """
 
 from typing import Any

@@ -1,15 +1,14 @@
 """Frozen neighbourhoods with MLS coefficients: rows (where something is evaluated) x sources (what is summed).
 
-A row is evaluated at one or two points of the reference surface (two: the Gauss points of an edge, whose
-mean is kept) and sums sources of its own body alone. Its coefficients are
+A row is evaluated at one or two points of the reference surface. Two points are the Gauss points of an edge, and the row keeps their
+mean. A row sums sources of its own body alone. Its coefficients are
 
     "value"     mean of Phi_j                        edge means of the galerkin form
-    "residual"  delta_ij - Phi_j at node i           what stabilises it
+    "residual"  delta_ij - Phi_j at node i           what stabilises the galerkin form
     "gradient"  (Phi_j,1, Phi_j,2)                   the collocation form; with `values` Phi_j as the third
 
-The pattern never grows after t = 0: rupture cuts links (bit by bit, one bit per evaluation point) and the
-MLS of the touched rows is made anew (T 2.3.6.4). The transposed list lets each source gather what its rows
-send back, in a fixed order and without atomics.
+The pattern never grows after t = 0. A rupture cuts links, bit by bit, one bit per evaluation point, and the MLS of the touched rows is
+made anew (T 2.3.6.4). The transposed list lets each source gather what the rows send back, in a fixed order and without atomics.
 """
 
 from typing import Any

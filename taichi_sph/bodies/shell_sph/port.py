@@ -13,7 +13,7 @@ from ..surface import Discs, Surface
 class ShellSurface(Surface):
     """Of a group whose nodes bend: a shell that stays in its plane has no side that is met."""
 
-    def __init__(self, group: Any):
+    def __init__(self, group: Any) -> None:
         self.group, self.nodes, self.cells, self.loads = group, group.nodes, group.cells, group.loads
         self.bodies, self.n = group.bodies, self.nodes.n
         self.length = group.spacing

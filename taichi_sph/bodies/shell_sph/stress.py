@@ -27,6 +27,7 @@ from ...numerics.reduce import BLOCK
 from ...runtime import ti
 from ..nodal.nodes import body_of
 from . import metal
+from .pool import Cells, MaterialPool
 
 
 @ti.func
@@ -155,7 +156,7 @@ def resultants(cells: ti.template(), material: ti.template(), s, u1, u2, d1, d2,
     return n1, n2, m1, m2, q
 
 
-def stored_energy(partial: Any, cells: Any, material: Any, blocks: int) -> float:
+def stored_energy(partial: Any, cells: Cells, material: MaterialPool, blocks: int) -> float:
     """Elastic energy of the live cells [J]; partial: scratch for one number a block."""
     _elastic(partial, cells, material, cells.n, blocks)
     return float(np.sum(runtime.get(partial, blocks)))

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
-from ...bodies.body import Entries, Now, common_schedule
+from ...bodies.body import Entries, Group, Now, common_schedule
 from ...bodies.surface import Surface
 from ...pool import Pool
-from ...scene import Scene
+from ...scene.schema import Scene
 from ..coupling import Coupling
 from ..ports import Port
 from .multipliers import Contact
@@ -18,7 +17,7 @@ from .pairs import Table
 from .said import PinballContact
 
 
-def couplings(scene: Scene, groups: Sequence[Any]) -> list[ContactCoupling]:
+def couplings(scene: Scene, groups: Sequence[Group]) -> list[ContactCoupling]:
     """Contact, where something can meet something."""
     surfaces = [surface for group in groups if (surface := group.surface()) is not None]
     meets, restitution = meetings(scene, surfaces)
@@ -42,7 +41,7 @@ def meetings(scene: Scene, surfaces: list[Surface]) -> tuple[np.ndarray, np.ndar
 class ContactCoupling(Coupling):
     """contact: the solver."""
 
-    def __init__(self, scene: Scene, groups: Sequence[Any], surfaces: list[Surface], meets: np.ndarray, restitution: np.ndarray):
+    def __init__(self, scene: Scene, groups: Sequence[Group], surfaces: list[Surface], meets: np.ndarray, restitution: np.ndarray) -> None:
         self.common = common_schedule(groups)
         flat = np.array([s.discs is not None for s in surfaces for _ in s.bodies])
         port = Port(surfaces, thin=bool(meets[flat][:, flat].any()))

@@ -8,7 +8,7 @@ times the limit. Bisection between the two.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +17,10 @@ from ...bodies.shell_sph.group import ShellGroup
 from ...errors import RunStopped
 from ...pool import Pool
 from ...scene.materials import Material
+
+if TYPE_CHECKING:
+    from ...bodies.shell_sph.group import ShellGroup
+    from ..world import World
 
 SMALL = 1e-9  # of the wave speed: the motion is linear
 GROWN = 1e6  # times the kinetic energy of the first step: far more than what stays within bounds ever reaches
@@ -27,7 +31,7 @@ class LimitSearch(Pool):
 
     kept = ("measured",)
 
-    def __init__(self, world: Any, group: ShellGroup, steps: int, resolution: float):
+    def __init__(self, world: World, group: ShellGroup, steps: int, resolution: float):
         super().__init__("limit")
         self.world, self.group, self.steps, self.resolution, self.work = world, group, steps, resolution, 0.0
         self.predicted = 2.0 / group.stable.frequency
