@@ -27,7 +27,7 @@ import numpy as np
 
 from ... import runtime
 from ...errors import RunStopped
-from ...numerics.cells import CellGrid, bucket, cube, running
+from ...numerics.cells import CUBES, CellGrid, beside, cube, running
 from ...pool import Pool
 from ...runtime import ti
 from ..ports import Port
@@ -275,11 +275,9 @@ def _near_discs(
         found = 0
         c, one = port.ball_x[j], port.ball_body[j]
         if write == 0 or pairs.start[j + 1] > pairs.start[j]:  # most have found nothing
-            home = cube(c, inverse)
-            for dx, dy, dz in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
-                there = home + ti.Vector([dx, dy, dz])
-                b = bucket(there, table)
-                for m in range(pairs.grid.start[b], pairs.grid.start[b + 1]):
+            for k in range(CUBES):
+                there, first, last = beside(pairs.grid, c, k, inverse, table)
+                for m in range(first, last):
                     i = pairs.grid.sorted[m]
                     x, half, flat = port.disc_x[i], port.disc_half[i], port.disc_radius[i]
                     radius = port.ball_radius[j][port.disc_sound[i]]
