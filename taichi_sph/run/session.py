@@ -30,10 +30,6 @@ from .plan import Plan, plan
 from .progress import Pace, Progress, bytes_text, duration_text, progress_line
 
 BEAT = 0.5  # s of wall clock between looks at the clock, the keyboard and the screen
-LEAK_UNITS = {
-    "escaped_mass": "kg", "escaped_count": "-", "rate": "kg/s", "jet_speed": "m/s", "jet_x": "-", "jet_y": "-", "jet_z": "-",
-    "opening_area": "m2",
-}  # fmt: skip
 SCENE_FILE, SUMMARY_FILE, LOG_FILE, STOPPED = "scene.json", "summary.json", "log.txt", "stopped"
 
 
@@ -62,6 +58,7 @@ class WorldLike(Protocol):
     def advance_to(self, time: float) -> None: ...
     def probes(self) -> dict[str, dict[str, float]]: ...
     def tracks(self, look: bool = True) -> dict[str, dict[str, float]]: ...
+    def track_units(self) -> dict[str, dict[str, str]]: ...
     def contact_report(self) -> dict[str, float] | None: ...
     def frame(self) -> Any: ...
     def energies(self) -> dict[str, float]: ...
@@ -112,13 +109,6 @@ class Clocks:
     @property
     def seconds(self) -> dict[str, float]:
         return {"compile": self.compile, "advance": self.advance, "write": self.write}
-
-
-def track_unit(name: str, column: str) -> str:
-    """Unit of a column of a body's history: of the leak its own, of a rigid body by its first letter."""
-    if name == "leak":
-        return LEAK_UNITS[column]
-    return {"v": "m/s", "f": "N"}.get(column[0], "m")
 
 
 def default_out(scene: Scene | Study) -> Path:
@@ -288,8 +278,8 @@ class _Session:
             for name, values in (sim.probes() if scene.output.probes else {}).items()
         }
         self.tracks = {
-            name: HistoryWriter(out / "histories" / f"{name}.csv", {"time": "s"} | {k: track_unit(name, k) for k in values}, resumed_at)
-            for name, values in sim.tracks(look=False).items()
+            name: HistoryWriter(out / "histories" / f"{name}.csv", {"time": "s"} | units, resumed_at)
+            for name, units in sim.track_units().items()
         }
         o = scene.output
         self.sample = Every(o.samples, scene.duration)
@@ -484,7 +474,7 @@ def tell_plan(scene: Scene, p: Plan, progress: Progress) -> None:
         if body.note:
             progress.say(f"  {body.name}: {body.note}")
     n = scene.numerics
-    progress.say(f"  {n.formulation.kind}, {n.precision}, duration {show(scene.duration, 's')}")
+    progress.say(f"  {scene.formulations}, {n.precision}, duration {show(scene.duration, 's')}")
     memory = f"{bytes_text(p.memory)} ({bytes_text(p.memory / max(p.nodes, 1))} per node)"
     progress.say(
         f"  estimated: dt {show(p.dt, 's')}, {p.steps} steps, memory {memory}, disk {bytes_text(p.disk)}, {duration_text(p.seconds)}"
