@@ -20,11 +20,13 @@ def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceM
     Without `meshes` nothing is read and shells from files are not counted; with them, fluids inside of those are.
     """
     sizes = [(0, 0, "", 0.0)]  # bytes, count, key and spacing of each body
-    for shell in scene.shells:
+    for index, shell in enumerate(scene.shells):
         if not isinstance(shell.surface, MeshFile):
-            nodes = nodes_of(shell.surface, scene.numerics)
-            _few(nodes, f"numerics.spacing {show(scene.numerics.spacing, 'm')} gives shell '{shell.name}' {nodes:.2g} nodes")
-            sizes.append((nodes * LEAST_BYTES["shell"], nodes, "numerics.spacing", scene.numerics.spacing))
+            numerics = scene.numerics_of(shell)
+            key = "numerics.spacing" if shell.spacing is None else f"shells[{index}].spacing"
+            nodes = nodes_of(shell.surface, numerics)
+            _few(nodes, f"{key} {show(numerics.spacing, 'm')} gives shell '{shell.name}' {nodes:.2g} nodes")
+            sizes.append((nodes * LEAST_BYTES["shell"], nodes, key, numerics.spacing))
     by_name = {shell.name: shell for shell in scene.shells}
     for index, fluid in enumerate(scene.fluids):
         filled = by_name.get(getattr(fluid.fill, "shell", ""))
