@@ -358,6 +358,9 @@ def main(scene: SceneFunction | None = None, arguments: list[str] | None = None)
 
 def _guarded(command: typer.Typer, arguments: list[str] | None, name: str | None = None) -> int:
     """Runs a command; what it has to say about failure is one line on stderr."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")  # a title that the terminal cannot show is no reason to stop
     try:
         return command(args=arguments, prog_name=name, standalone_mode=False) or 0
     except TaichiSphError as error:
