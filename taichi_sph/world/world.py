@@ -14,7 +14,7 @@ from ..bodies.body import Now, common_schedule
 from ..couplings import kinds as coupling_kinds
 from ..errors import SceneError
 from ..frame import Frame
-from ..observers.leak import LeakGauge
+from ..observers.leak import UNITS, LeakGauge
 from ..pool import Pool, check, restore_all, state_of
 from ..scene import Scene
 from . import watchdog
@@ -229,6 +229,14 @@ class World:
         for group in self.groups:
             if hasattr(group, "tracks"):
                 found |= group.tracks(look)
+        return found
+
+    def track_units(self) -> dict[str, dict[str, str]]:
+        """Units of the columns of each history in `tracks`."""
+        found = {} if self.leak is None else {"leak": UNITS}
+        for group in self.groups:
+            if hasattr(group, "tracks"):
+                found |= dict.fromkeys(group.tracks(look=False), group.track_units)
         return found
 
     def contact_report(self) -> dict[str, float] | None:
