@@ -7,6 +7,7 @@ values are known to be numbers in range. What a kind of body checks of itself st
 from __future__ import annotations
 
 import math
+import unicodedata
 from typing import TYPE_CHECKING
 
 from .units import show
@@ -69,8 +70,8 @@ def names(s: Scene) -> None:
 
 def scene(s: Scene) -> None:
     """What no body checks for itself: what is asked for, probes, quantities, and the size of the computation."""
-    if not s.title.isprintable():
-        raise ValueError(f"title = {s.title!r} holds a line break or another sign that is not printed; write it on one line")
+    if any(unicodedata.category(c) in ("Cc", "Zl", "Zp") for c in s.title):
+        raise ValueError(f"title = {s.title!r} holds a line break or a control sign; write it on one line")
     if s.numerics.spacing < LEAST:
         raise ValueError(f"numerics.spacing {s.numerics.spacing:.4g} m is below {show(LEAST, 'm')}, a few atoms")
     for shell in s.shells:
