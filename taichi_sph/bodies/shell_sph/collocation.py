@@ -6,15 +6,18 @@
     node force      f_i   = A_i sum_s n^a_s (a_a . grad Phi_s)(X_i)          order-1 MLS from the cells (T 2.27)
     on the director g_i   = A_i sum_s [ m^a_s (a_a . grad Phi_s) - Phi_s q_s ]                          (T 2.28)
 
-Free edges (T 2.2.3.2): the nodes of the border, and those of broken cells (T 2.3.6.1), join their own
-neighbourhood with zero stress. Strain and divergence are not each other's transpose, so energy is not
-conserved by construction: B(%) shows what that costs, and viscosity and filters keep it calm.
+Free edges (T 2.2.3.2): the nodes of the border, and those of broken cells (T 2.3.6.1), join their own neighbourhood with zero stress.
+The divergence is not the transpose of the strain. Therefore the form does not conserve energy by construction: B(%) shows what that
+costs, and viscosity and filters keep the motion calm.
 """
+
+from typing import Any
 
 import numpy as np
 
 from ... import runtime
 from ...geometry.mesh import SurfaceMesh, tangent_frames
+from ...numerics.reduce import Reducer
 from ...pool import Pool
 from ...runtime import ti
 from .build import Model, bounded_shear, by_cell, by_node, cell_spacing, centred
@@ -37,7 +40,7 @@ class Collocation(Pool):
         self.nodes, self.cells, self.material = nodes, cells, material = model.nodes, model.cells, model.material
         self.bends = nodes.bends
         local = mesh.node_spacing
-        forms = [body.numerics.formulation for body in bodies]
+        forms: list[Any] = [body.numerics.formulation for body in bodies]
         supports, numbers = [form.support for form in forms], np.arange(len(bodies))
         of_nodes = nodes.body if nodes.several else None
         frames = tangent_frames(mesh.node_normals)
@@ -80,7 +83,7 @@ class Collocation(Pool):
             **at_nodes,
             order=np.zeros(nodes.n),
         )
-        self.links = (self.strains, self.divergence, self.pairs)
+        self.links: tuple[Links, ...] = (self.strains, self.divergence, self.pairs)
         self.area = self.field("area", nodes.n, unit="m2", doc="that a node owns")
         self.n1 = self.field("n1", cells.n, nodes.dim, unit="N/m", doc="n^1 of the cells")
         self.n2 = self.field("n2", cells.n, nodes.dim, unit="N/m", doc="n^2 of the cells")
@@ -156,15 +159,15 @@ class Collocation(Pool):
         if links is self.strains:
             _stresses_touched(self, n_touched)
 
-    def stored(self, reducer) -> float:
+    def stored(self, reducer: Reducer) -> float:
         """Nothing beside the cells stores energy."""
         return 0.0
 
-    def lost(self, reducer) -> float:
+    def lost(self, reducer: Reducer) -> float:
         """Nothing beside the cells is damaged."""
         return 0.0
 
-    def dissipated(self, reducer) -> float:
+    def dissipated(self, reducer: Reducer) -> float:
         """Nothing beside the cells yields."""
         return 0.0
 
