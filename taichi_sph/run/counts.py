@@ -11,6 +11,7 @@ from ..scene.plausible import MAX_NODES, MAX_STEPS
 from ..scene.schema import Scene
 from ..scene.surfaces import MeshFile
 from ..scene.units import show
+from .progress import bytes_text
 
 FAR = 1e9  # spacings from the origin: a seventh digit of the spacing is left there
 LEAST_BYTES = {"shell": 1400, "fluid": 800}  # of memory that a node or a particle needs at least (plan.py has the true ones)
@@ -56,7 +57,7 @@ def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceM
         _, _, key, spacing = max(sizes)
         raise SceneError(
             f"{key} {show(spacing, 'm')} gives {sum(size[1] for size in sizes):.3g} nodes and particles, which need at least "
-            f"{memory / 2**30:.1f} GB of memory; this machine has {available / 2**30:.1f} GB"
+            f"{bytes_text(memory)} of memory; this machine has {bytes_text(available)}"
         )
 
 
