@@ -75,7 +75,7 @@ class Shell(Body):
     thickness: Annotated[Length, Field(gt=0)]
     material: Material
     motion: Literal["in_plane", "free"] = "in_plane"
-    cuts: tuple[Cut, ...] = ()
+    cuts: Annotated[tuple[Cut, ...], Field(max_length=2000)] = ()
     self_contact: StrictBool | None = None  # True: its parts meet each other too (T 3.3), which costs a search over all nodes
     sound: tuple[Region, ...] = ()  # no damage here: where a support's rubber, not modelled, spreads its load
     spacing: Annotated[Length, Field(gt=0)] | None = None
