@@ -8,7 +8,6 @@ from .. import runtime
 from ..runtime import ti
 
 
-
 def _parts(value: Fraction) -> tuple[float, float, float]:
     """Three numbers of 24 bits that make up a constant: a literal has no more bits where the state is in f32."""
     found = []
