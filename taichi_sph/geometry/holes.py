@@ -17,6 +17,7 @@ from ..errors import SceneError
 from ..scene.surfaces import HoleIn
 
 LEAST = 2.0  # spacings across the smallest hole
+FEWEST = 6  # nodes of a rim
 MARGIN = 1.0  # spacings between a rim and the border of a patch, or another rim
 TURNS = 0.5  # cosine of the angle between the normals in the middle and at the rim from which on a hole is no disc
 ROUNDS = 12  # of evening out
@@ -24,6 +25,15 @@ REACH = 2.5  # spacings from the rim in which nodes are moved
 BLUNT = -0.9  # cosine of the angle at a rim node from which on its quadrangle is halved
 
 Bend = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+
+@dataclass(frozen=True)
+class Cut:
+    """A patch without its holes: chart (N, 2), cells (M, 4) with -1 behind triangles, inner (N,) bool."""
+
+    chart: np.ndarray
+    cells: np.ndarray
+    inner: np.ndarray
 
 
 @dataclass
@@ -58,17 +68,15 @@ class Cutter:
                     f"holes[{k}].centre {_place(hole.centre)} is not on the surface: its nearest node, {_place(point)}, is {_mm(far)} away"
                 )
 
-    def cut(
-        self, chart: np.ndarray, cells: np.ndarray, inner: np.ndarray, bend: Bend, period: float | None
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Chart and cells of a patch without its holes; bend: chart -> points and normals in the scene. Nodes keep their order."""
+    def cut(self, chart: np.ndarray, cells: np.ndarray, inner: np.ndarray, bend: Bend, period: float | None) -> Cut | None:
+        """A patch without its holes, None where it has none; bend: chart -> points and normals in the scene. Nodes keep their order."""
+        cut = whole = Cut(chart, cells, inner)
         for k, hole in enumerate(self.holes):
-            found = self._centre(k, hole, chart, cells, bend, period)
-            if found is None:
-                continue
-            self.done.add(k)
-            chart, cells, inner = _Cut(k, hole, self.spacing, chart, cells, inner, bend, period, found).made()
-        return chart, cells
+            found = self._centre(k, hole, cut.chart, cut.cells, bend, period)
+            if found is not None:
+                self.done.add(k)
+                cut = _Cut(k, hole, self.spacing, cut, bend, period, found).made()
+        return None if cut is whole else cut
 
     def _centre(self, k: int, hole: HoleIn, chart: np.ndarray, cells: np.ndarray, bend: Bend, period: float | None) -> np.ndarray | None:
         """Where in the chart the centre of a hole is; None where the patch does not hold it."""
@@ -97,17 +105,18 @@ class Cutter:
 
 @dataclass
 class _Cut:
+    """One hole at work. arm (N, 2): from its centre to each node in the chart; moved (N,): nodes that do not stand where they stood."""
+
     number: int
     hole: HoleIn
     spacing: float
-    chart: np.ndarray
-    cells: np.ndarray
-    inner: np.ndarray
+    before: Cut
     bend: Bend
     period: float | None
     centre: np.ndarray
 
-    def made(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def made(self) -> Cut:
+        self.chart, self.cells, self.inner = self.before.chart, self.before.cells, self.before.inner
         radius = self.hole.radius
         middle, axis = self.bend(self.centre[None])
         self.middle, self.axis = middle[0], axis[0]
@@ -130,6 +139,11 @@ class _Cut:
         on_rim = self._snapped(out)
         cells = self._outside(out, on_rim)
         rim = _loop(cells, on_rim)
+        if len(rim) < FEWEST:
+            raise SceneError(
+                f"holes[{self.number}] is {_mm(2 * radius)} wide, and its rim would have {len(rim)} nodes; at least {FEWEST} are needed: "
+                "lower the spacing"
+            )
         self._evened(cells, rim, out)
         cells = self._halved(cells, on_rim)
         used = np.zeros(len(self.chart), bool)
@@ -139,7 +153,7 @@ class _Cut:
         self._look(cells)
         # where the chart closes on itself, the nodes stay in the turn in which they were
         chart = np.where(self.moved[:, None], self.chart + self.arm - self._arms(self.chart), self.chart)
-        return chart[used], np.where(cells < 0, -1, number[cells]), inner[used]
+        return Cut(chart[used], np.where(cells < 0, -1, number[cells]), inner[used])
 
     def _arms(self, chart: np.ndarray) -> np.ndarray:
         """From the centre to nodes, in the chart, the short way round."""
@@ -163,13 +177,14 @@ class _Cut:
 
     def _snapped(self, out: np.ndarray) -> np.ndarray:
         """(N,) bool: nodes that were moved onto the rim; `out` becomes 0 there."""
+        on_rim = np.abs(out) < 1e-6 * self.spacing
+        out[on_rim] = 0.0
         sides = _sides(self.cells)
         crossing = np.flatnonzero(out[sides[:, 0]] * out[sides[:, 1]] < 0)
         neighbours: dict[int, list[int]] = {}
         for a, b in sides[crossing]:
             neighbours.setdefault(int(a), []).append(int(b))
             neighbours.setdefault(int(b), []).append(int(a))
-        on_rim = np.zeros(len(out), bool)
         for node in sorted(neighbours, key=lambda i: (abs(out[i]), i)):
             if any(out[node] * out[other] < 0 for other in neighbours[node]):
                 out[node] = 0.0

@@ -9,7 +9,7 @@ the finished patch (holes.py).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -42,13 +42,16 @@ SHARPEST = 0.2  # smallest sine at a corner of a quadrangle that random moves ma
 @dataclass(frozen=True)
 class Patch:
     """chart (N, 2) [m], quads (M, 4) counter-clockwise in it, inner (N,) nodes off the border, bend: chart ->
-    points (N, 3), unit normals (N, 3); period: columns and width [m] of a chart that closes on itself in x."""
+    points (N, 3), unit normals (N, 3); period: width [m] of a chart that closes on itself in x; triangles (K, 3) beside the quads: at the
+    holes of a perforated one."""
 
     chart: np.ndarray
     quads: np.ndarray
     inner: np.ndarray
     bend: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
     period: float | None = None
+    triangles: np.ndarray = field(default_factory=lambda: np.empty((0, 3), np.int64))
+    perforated: bool = False
 
 
 Finish = Callable[[Patch, Place], SurfaceMesh]
@@ -423,21 +426,37 @@ def _within(quads: np.ndarray, n: int) -> np.ndarray:
 
 
 def _finish(patch: Patch, cells: str, irregularity: float, rng: np.random.Generator, cutter: Cutter, place: Place) -> SurfaceMesh:
-    """Moves the inner nodes, cuts the quadrangles if triangles are asked for, cuts the holes, bends the chart."""
-    chart, quads = patch.chart, patch.quads
+    """Cuts the holes, moves the inner nodes, cuts the quadrangles if triangles are asked for, bends the chart."""
+    patch = _perforated(patch, cutter, place)
     if irregularity > 0:
-        chart = _shaken(patch, irregularity, rng)
+        patch = replace(patch, chart=_shaken(patch, irregularity, rng))
     if cells == "quad":
-        connectivity = quads
-    elif irregularity > 0 and patch.inner.any():
-        connectivity = delaunay(chart) if patch.period is None else _delaunay_round(chart, patch.period)
+        connectivity = [patch.quads, patch.triangles]
+    elif irregularity > 0 and patch.inner.any() and not patch.perforated:  # Delaunay's triangles would close holes
+        connectivity = [delaunay(patch.chart) if patch.period is None else _delaunay_round(patch.chart, patch.period)]
     else:
-        connectivity = _halved(patch)
-    full = np.full((len(connectivity), 4), -1, np.int32)
-    full[:, : connectivity.shape[1]] = connectivity
-    chart, full = cutter.cut(chart, full, patch.inner, lambda chart: place(*patch.bend(chart)), patch.period)
-    points, normals = patch.bend(chart)
-    return _mesh(points, full, normals)
+        connectivity = [_halved(patch), patch.triangles]
+    points, normals = patch.bend(patch.chart)
+    return _mesh(points, _rows(connectivity), normals)
+
+
+def _rows(connectivity: Sequence[np.ndarray]) -> np.ndarray:
+    """Triangles and quadrangles as rows of four, -1 behind a triangle."""
+    full = np.full((sum(len(part) for part in connectivity), 4), -1, np.int32)
+    n = 0
+    for part in connectivity:
+        full[n : n + len(part), : part.shape[1]] = part
+        n += len(part)
+    return full
+
+
+def _perforated(patch: Patch, cutter: Cutter, place: Place) -> Patch:
+    """The patch without the holes that lie in it."""
+    cut = cutter.cut(patch.chart, _rows([patch.quads]), patch.inner, lambda chart: place(*patch.bend(chart)), patch.period)
+    if cut is None:
+        return patch
+    four = cut.cells[:, 3] >= 0
+    return replace(patch, chart=cut.chart, quads=cut.cells[four], inner=cut.inner, triangles=cut.cells[~four, :3], perforated=True)
 
 
 def _mesh(points: np.ndarray, cells: np.ndarray, normals: np.ndarray) -> SurfaceMesh:
@@ -449,7 +468,7 @@ def _mesh(points: np.ndarray, cells: np.ndarray, normals: np.ndarray) -> Surface
 
 
 def _sides(chart: np.ndarray, quads: np.ndarray, period: float | None) -> np.ndarray:
-    """(M, 4, 2) vectors along the sides of the quadrangles, the short way round."""
+    """(M, 4, 2) vectors along the sides of quadrangles (of triangles (M, 3, 2)), the short way round."""
     p = chart[quads]
     side = np.roll(p, -1, axis=1) - p
     if period is not None:
@@ -459,24 +478,31 @@ def _sides(chart: np.ndarray, quads: np.ndarray, period: float | None) -> np.nda
 
 def _shaken(patch: Patch, irregularity: float, rng: np.random.Generator) -> np.ndarray:
     """The chart with its inner nodes moved by up to `irregularity` local spacings in each direction; less where a
-    quadrangle would lose its convexity."""
-    side = _sides(patch.chart, patch.quads, patch.period)
-    area = 0.5 * _cross(side[:, 0] + side[:, 1], side[:, 1] + side[:, 2])
-    node = patch.quads.ravel()
-    n = len(patch.chart)
-    spacing = np.sqrt(np.bincount(node, np.repeat(area, 4), minlength=n) / np.bincount(node, minlength=n))
+    cell would lose its convexity."""
+    kinds = [cells for cells in (patch.quads, patch.triangles) if len(cells)]
+    sides = [_sides(patch.chart, cells, patch.period) for cells in kinds]
+    n, whole, count = len(patch.chart), 0.0, 0
+    for cells, side in zip(kinds, sides):
+        square = 0.5 * _cross(side[:, 0] + side[:, 1], side[:, 1] + side[:, 2]) if cells.shape[1] == 4 else _cross(side[:, 0], side[:, 1])
+        node = cells.ravel()
+        whole = whole + np.bincount(node, np.repeat(square, cells.shape[1]), minlength=n)
+        count = count + np.bincount(node, minlength=n)
+    spacing = np.sqrt(whole / count)
     move = irregularity * spacing[:, None] * rng.uniform(-1, 1, (n, 2)) * patch.inner[:, None]
-    sharpest = np.minimum(SHARPEST, 0.9 * _sines(side).min())
+    sharpest = np.minimum(SHARPEST, 0.9 * min(_sines(side).min() for side in sides))
     while True:
         chart = patch.chart + move
-        bad = (_sines(_sides(chart, patch.quads, patch.period)) < sharpest).any(axis=1)
-        if not bad.any():
+        folded = []
+        for cells in kinds:
+            folded.append(cells[(_sines(_sides(chart, cells, patch.period)) < sharpest).any(axis=1)].ravel())
+        bad = np.unique(np.concatenate(folded))
+        if not len(bad):
             return chart
-        move[np.unique(patch.quads[bad])] *= 0.8
+        move[bad] *= 0.8
 
 
 def _sines(side: np.ndarray) -> np.ndarray:
-    """(M, 4) sine of the angle at each corner, negative where the quadrangle is folded in."""
+    """(M, 4) sine of the angle at each corner, negative where the cell is folded in."""
     length = np.linalg.norm(side, axis=2)
     return _cross(np.roll(side, 1, axis=1), side) / (np.roll(length, 1, axis=1) * length)
 
@@ -503,7 +529,7 @@ def _chequered(patch: Patch) -> np.ndarray:
     from scipy.sparse.csgraph import breadth_first_order
 
     a, b = patch.quads.ravel(), np.roll(patch.quads, -1, axis=1).ravel()
-    n = len(patch.chart)
+    n = len(patch.chart)  # beside holes the colours may meet, and the diagonals there are what they are
     graph = coo_array((np.ones(len(a)), (a, b)), shape=(n, n)).tocsr()
     order, before = breadth_first_order(graph, 0, directed=False)
     black = np.zeros(n, bool)

@@ -313,7 +313,12 @@ class CappedTank(Shaped):
     def bent(self, at: Point) -> float:
         if self._on_wall(at, self.length):
             return 1 / self.radius**2
-        return 2 * (math.sin(self.half_angle) / self.radius) ** 2 if self.cap == "dome" else 0.0
+        if self.cap == "dome":
+            return 2 * (math.sin(self.half_angle) / self.radius) ** 2
+        off = math.dist(at, self.origin)  # on the crown of a torispherical head: not farther from the axis than where the knuckle begins
+        off = math.sqrt(max(off**2 - (at["xyz".index(self.axis)] - self.origin["xyz".index(self.axis)]) ** 2, 0.0))
+        crowned = self.cap in ("torispherical", "kloepper", "korbbogen") and off <= self.radii[0] * math.sin(self.crown_angle)
+        return 2 / self.radii[0] ** 2 if crowned else 0.0
 
     @property
     def gross(self) -> float:
