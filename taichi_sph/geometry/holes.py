@@ -139,6 +139,10 @@ class _Cut:
         on_rim = self._snapped(out)
         cells = self._outside(out, on_rim)
         rim = _loop(cells, on_rim)
+        stray = np.setdiff1d(np.flatnonzero(on_rim), rim)  # moved for the sake of nodes that were moved later themselves
+        on_rim[stray] = False
+        self.arm[stray] = self._arms(self.chart[stray])
+        out[stray] = self.spacing  # let the evening out find their place
         if len(rim) < FEWEST:
             raise SceneError(
                 f"holes[{self.number}] is {_mm(2 * radius)} wide, and its rim would have {len(rim)} nodes; at least {FEWEST} are needed: "
