@@ -2,7 +2,7 @@
 
 Cylinder of 600 x 300 mm, 1 mm thick, closed by discs; bullet of 18 mm and 31 g at 730 m/s, rigid: four pinballs on a line, so far apart
 that their hull has the mass in steel. Johnson-Cook with Lemaitre-Chaboche damage and delay, T table 3.1, transverse shear in
-the yield function (kappa = 1). Cells wider than the sheet is thick spread its neck (`necks`, taichi_sph/scene/necking.py; T: none). The
+the yield function (kappa = 1). Cells wider than the sheet is thick spread its neck (`necks`, taichi_sph/laws/necking.py; T: none). The
 end discs are clamped, and so are two patches of the rear wall at the frame. Measured (Timm 2003): about 688 m/s after the front wall,
 640 m/s after the back by equal loss of energy; T: 673 and 621 m/s, B -6.1 %.
 

@@ -1,7 +1,7 @@
 """A filled steel tank is hit by a bullet: does it rupture, and how fast does it leak? (T 3.4)
 
 The tank and the bullet of scenes/empty_tank.py, filled with water (density 1000, sound 1450 m/s, T table 3.2) up to `level` of
-its height: 0 empty, 1 full. Cells wider than the sheet is thick spread its neck (`necks`, taichi_sph/scene/necking.py): with the rupture
+its height: 0 empty, 1 full. Cells wider than the sheet is thick spread its neck (`necks`, taichi_sph/laws/necking.py): with the rupture
 strain of a point (T) no crack starts at these spacings. Full, the pressure wave of the impact, reflected from the walls, tears the
 front face along its height (measured by Timm 2003, computed by T with 19 346 shell nodes and 103 402 particles in 55 hours: wave near
 200 bar, bullet at 88 m/s after 2.1 ms, B +3.94 %); empty, there are two holes and no more.

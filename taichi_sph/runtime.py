@@ -13,6 +13,7 @@ import contextlib
 import functools
 import io
 import os
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -75,13 +76,13 @@ def current() -> Runtime:
     return _current
 
 
-def in_any_order(kernel):
+def in_any_order(kernel: Callable[..., Any]) -> Callable[..., Any]:
     """Let this kernel add in any order and fuse products with sums, so that the compiler takes several neighbours at once (1.5 to 2 times
     faster where a loop has no branch). Bits then depend on the processor, not on the number of threads. Not for kernels that ask for NaN
     or live by compensated differences."""
 
     @functools.wraps(kernel)
-    def call(*args):
+    def call(*args: Any) -> Any:
         config = ti.lang.impl.current_cfg()
         before, config.fast_math = config.fast_math, True  # of the kernel, not of the run: it is read when the kernel is first called
         try:
@@ -108,7 +109,7 @@ def capacity(n: int) -> int:
 _TYPES = {"i32": ti.i32, "i8": ti.i8, "f64": ti.f64, "f32": ti.f32}
 
 
-def new(name: str, n: int, vector: int = 0, dtype: str = "real", again: bool = True):
+def new(name: str, n: int, vector: int = 0, dtype: str = "real", again: bool = True) -> Any:
     """Dense field of `capacity(n)` scalars, or vectors of `vector` components side by side (AoS).
 
     again: the name may be in use, and its field is lost. A Pool says when; who allocates without one says nothing yet.
@@ -125,13 +126,13 @@ def new(name: str, n: int, vector: int = 0, dtype: str = "real", again: bool = T
     return ti.field(kind, shape=capacity(n))
 
 
-def put(target, values: np.ndarray) -> None:
+def put(target: Any, values: np.ndarray) -> None:
     """Copy an array into the first rows of a field (fields are longer than what they hold)."""
     full = np.zeros((target.shape[0],) + tuple(values.shape[1:]), values.dtype)
     full[: len(values)] = values
     target.from_numpy(full)
 
 
-def get(source, n: int) -> np.ndarray:
+def get(source: Any, n: int) -> np.ndarray:
     """The first n rows of a field as an array."""
     return source.to_numpy()[:n]

@@ -4,7 +4,8 @@ import numpy as np
 
 from taichi_sph import runtime
 from taichi_sph.bodies.shell_sph import metal
-from taichi_sph.bodies.shell_sph.pool import Cells, MaterialPool
+from taichi_sph.bodies.shell_sph.pool import Cells, MaterialPool, Section
+from taichi_sph.pool import Pool
 from taichi_sph.runtime import ti
 from taichi_sph.scene import Material
 
@@ -18,29 +19,28 @@ def steel(strength, **more) -> Material:
 
 
 @ti.data_oriented
-class Points:
+class Points(Pool):
     """What bodies/shell_sph/metal.py needs of the cells; n independent points of unit area."""
 
     def __init__(self, n: int, material: Material, bends: bool = True):
+        super().__init__("points")
         self.n = n
-        self.material = MaterialPool(material, THICKNESS, bends)
+        self.material = MaterialPool([Section(material, THICKNESS)], bends)
         size = 8 if bends else 3
-        self.spares = False
-        self.strain = runtime.new("points.strain", n, size)
-        self.result = runtime.new("points.result", n, size)
-        self.energy = runtime.new("points.energy", n)
+        self.spares = self.several = False
+        self.strain = self.field("strain", n, size, keeps=True)
+        self.result = self.field("result", n, size)
+        self.energy = self.field("energy", n)
         for name in ("damage", "delayed", "lost", "area", "shear"):
-            setattr(self, name, runtime.new(f"points.{name}", n))
+            setattr(self, name, self.field(name, n, keeps=name not in ("area", "shear")))
         runtime.put(self.area, np.ones(n))
         runtime.put(self.shear, np.full(n, 5 / 6 * G * THICKNESS))
-        Cells._metal(self, self.material, bends)
-        fields = [self.strain, self.damage, self.delayed, self.lost, *(field for field, _ in self.history.values())]
-        self._fresh = [(field, field.to_numpy()) for field in fields]
+        Cells._metal(self, self.material, bends, np.zeros(n, np.int32))
+        self._fresh = self.state()
 
     def reset(self) -> None:
         """Back to the virgin state: cheaper than new points, for which everything would be compiled again."""
-        for field, values in self._fresh:
-            field.from_numpy(values)
+        self.restore(self._fresh)
 
     def go(self, g: np.ndarray, dt: float = 1e-6, rebase: int = 0) -> np.ndarray:
         """(n, 8 or 3) strains of stress.py after a step -> resultants [N/m, N]."""

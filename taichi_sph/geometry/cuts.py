@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from .mesh import SurfaceMesh
 
 
-def cells_cut(mesh: SurfaceMesh, start, end) -> np.ndarray:
+def cells_cut(mesh: SurfaceMesh, start: Sequence[float], end: Sequence[float]) -> np.ndarray:
     """Numbers of the cells whose interior the segment start-end crosses.
 
     A cut that runs exactly along sides of cells is taken a thousandth of a spacing to its left, so that it
     breaks one row of cells and not two. Crossing is by clipping in the tangent plane of each cell; a cell
     farther from the segment than its own size is not looked at.
     """
-    start, end = np.asarray(start, float), np.asarray(end, float)
+    first, past = np.asarray(start, float), np.asarray(end, float)
     t1, t2, centre = mesh.frames[:, 0], mesh.frames[:, 1], mesh.centres
 
-    def plane(x):
+    def plane(x: np.ndarray) -> np.ndarray:
         return np.stack([np.einsum("mi,mi->m", x - centre, t1), np.einsum("mi,mi->m", x - centre, t2)], axis=1)
 
-    a, b = plane(start), plane(end)
+    a, b = plane(first), plane(past)
     along = (b - a) / np.maximum(np.linalg.norm(b - a, axis=1), 1e-300)[:, None]
     left = 1e-3 * mesh.spacing * np.stack([-along[:, 1], along[:, 0]], axis=1)
     a, b = a + left, b + left
@@ -41,7 +43,7 @@ def cells_cut(mesh: SurfaceMesh, start, end) -> np.ndarray:
         enter = np.where(there & (da > 0) & (db <= 0), np.maximum(enter, t), enter)
         leave = np.where(there & (da <= 0) & (db > 0), np.minimum(leave, t), leave)
     # the segment's own line may pass far above a curved surface: only cells close to it count
-    axis = end - start
-    s = np.clip(((centre - start) @ axis) / max(float(axis @ axis), 1e-300), 0.0, 1.0)
-    near = np.linalg.norm(centre - start - s[:, None] * axis, axis=1) < 2.0 * np.sqrt(mesh.areas)
+    axis = past - first
+    s = np.clip(((centre - first) @ axis) / max(float(axis @ axis), 1e-300), 0.0, 1.0)
+    near = np.linalg.norm(centre - first - s[:, None] * axis, axis=1) < 2.0 * np.sqrt(mesh.areas)
     return np.flatnonzero((leave > enter) & near)

@@ -49,12 +49,12 @@ class Cutter:
         for k, hole in enumerate(self.holes):
             if 2 * hole.radius < LEAST * self.spacing * (1 - 1e-9):
                 raise SceneError(
-                    f"holes[{k}] is {_mm(2 * hole.radius)} wide, less than {LEAST:g} spacings of {_mm(self.spacing)}: it would not be round; "
+                    f"holes[{k}] is {_mm(2 * hole.radius)} wide, less than {LEAST:g} spacings of {_mm(self.spacing)}; "
                     "lower the spacing or leave it out"
                 )
             for j, other in enumerate(self.holes[:k]):
                 apart = float(np.linalg.norm(np.subtract(hole.centre, other.centre))) - hole.radius - other.radius
-                if apart < 2 * MARGIN * self.spacing:
+                if apart < 2 * MARGIN * self.spacing * (1 - 1e-9):
                     raise SceneError(
                         f"holes[{j}] and holes[{k}] are {_mm(apart)} apart; at least two spacings, {_mm(2 * self.spacing)}, are needed"
                     )
@@ -124,16 +124,18 @@ class _Cut:
         points, normals = self.bend(self.centre + self.arm)
         chord = np.linalg.norm(points - self.middle, axis=1)
         upright = normals @ self.axis
-        if (upright[chord < 1.1 * radius] < TURNS).any() or not (chord < 3 * radius + 3 * self.spacing).any():
+        off = self._off_axis(self.arm)
+        if ((upright < TURNS) & (upright > 0) & (off < radius) & (chord < 2 * radius)).any():
             raise SceneError(
                 f"holes[{self.number}] is {_mm(2 * radius)} wide, and the surface turns away by more than 60 deg within; it must be smaller"
             )
         self.near = (chord < 1.5 * radius + 4 * self.spacing) & (upright > 0.3)
-        out = np.where(self.near, self._off_axis(self.arm) - radius, np.inf)
+        out = np.where(self.near, off - radius, np.inf)
         outline = ~self.inner & (out < MARGIN * self.spacing)
         if outline.any():
+            left = _mm(max(0.0, float(out[outline].min())))
             raise SceneError(
-                f"holes[{self.number}] at {_place(self.hole.centre)} comes within {_mm(max(0.0, float(out[outline].min())))} of an edge of its "
+                f"holes[{self.number}] at {_place(self.hole.centre)} comes within {left} of an edge of its "
                 f"part of the surface; at least one spacing, {_mm(self.spacing)}, is needed"
             )
         on_rim = self._snapped(out)

@@ -6,7 +6,8 @@ edges of the cells carry the mean values from which cell gradients are made (doc
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -17,12 +18,16 @@ from ..errors import SceneError
 @dataclass(frozen=True)
 class SurfaceMesh:
     """points (N, 3) [m]; cells (M, 4) int32, a triangle has -1 in its last column; spacing D [m];
-    normals (N, 3) unit, where the generator knows them exactly."""
+    normals (N, 3) unit, where the generator knows them exactly. Of a file: regions (M,) masks of cells by name (a cell
+    may be in several), thickness [m] by region where the file says it, notes on what was mended or left out."""
 
     points: np.ndarray
     cells: np.ndarray
     spacing: float
     normals: np.ndarray | None = None
+    regions: dict[str, np.ndarray] = field(default_factory=dict)
+    thickness: dict[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     @cached_property
     def corners(self) -> np.ndarray:
@@ -42,6 +47,13 @@ class SurfaceMesh:
     def areas(self) -> np.ndarray:
         """(M,) cell areas [m2]."""
         return np.linalg.norm(self.area_vectors, axis=1)
+
+    @cached_property
+    def volume(self) -> float:
+        """Inside a closed surface [m3], negative where it points inward; no meaning where it is open."""
+        p = self.points - self.points.mean(axis=0)
+        a, b, c, d = (p[np.where(self.cells < 0, self.cells[:, :1], self.cells)[:, k]] for k in range(4))
+        return float((np.einsum("mi,mi->m", a, np.cross(b, c)) + np.einsum("mi,mi->m", a, np.cross(c, d))).sum() / 6)
 
     @cached_property
     def centres(self) -> np.ndarray:
@@ -98,6 +110,19 @@ class SurfaceMesh:
             has = self.cells[:, corner] >= 0
             np.add.at(normal, self.cells[has, corner], self.area_vectors[has])
         return normal / np.linalg.norm(normal, axis=1)[:, None]
+
+
+def joined(meshes: Sequence[SurfaceMesh]) -> SurfaceMesh:
+    """Several surfaces as one, one after the other; no two share a node. `spacing` is the smallest."""
+    if len(meshes) == 1:
+        return meshes[0]
+    first = np.cumsum([0, *(len(mesh.points) for mesh in meshes)])
+    cells = [np.where(mesh.cells < 0, -1, mesh.cells + n) for mesh, n in zip(meshes, first)]
+    normals = None
+    if any(mesh.normals is not None for mesh in meshes):
+        normals = np.concatenate([mesh.node_normals for mesh in meshes])
+    points = np.concatenate([mesh.points for mesh in meshes])
+    return SurfaceMesh(points, np.concatenate(cells).astype(np.int32), min(mesh.spacing for mesh in meshes), normals)
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,8 @@ def fitted_normals(mesh: SurfaceMesh) -> np.ndarray:
     other = pair.row != pair.col
     i, j = pair.row[other], pair.col[other]
     arm = (mesh.points[j] - mesh.points[i]) / mesh.node_spacing[i, None]
+    far = np.einsum("ki,ki->k", arm, arm) > 1e-6  # off the other lip of a slit of zero width
+    i, j, arm = i[far], j[far], arm[far]
     weight = 1.0 / np.einsum("ki,ki->k", arm, arm)
     count = np.bincount(i, minlength=n)
 
@@ -74,7 +76,16 @@ def _angle_weighted(mesh: SurfaceMesh) -> np.ndarray:
 
 
 def report(mesh: SurfaceMesh) -> str:
-    """Whether the surface is watertight, and what follows: 'closed, volume 3 m^3', '12 open edges in 1 loop'."""
+    """Whether the surface is watertight, what follows ('closed, volume 3 m^3', '12 open edges in 1 loop'), and what the
+    reader of a file has to say."""
+    said = [_closed(mesh), *mesh.notes]
+    if mesh.regions:
+        some = [f"{name} ({mask.sum()} cells)" for name, mask in list(mesh.regions.items())[:6]]
+        said.append(f"regions {', '.join(some)}" + (f" and {len(mesh.regions) - 6} more" if len(mesh.regions) > 6 else ""))
+    return "; ".join(said)
+
+
+def _closed(mesh: SurfaceMesh) -> str:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -88,8 +99,5 @@ def report(mesh: SurfaceMesh) -> str:
     if open_.any():
         loops = parts(nodes[open_, 0], nodes[open_, 1])
         return f"open{among}: {open_.sum()} edges bound one cell, in {loops} loop{'s' if loops > 1 else ''}"
-    p = mesh.points - mesh.points.mean(axis=0)
-    a, b, c, d = (p[np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)[:, k]] for k in range(4))
-    volume = float((np.einsum("mi,mi->m", a, np.cross(b, c)) + np.einsum("mi,mi->m", a, np.cross(c, d))).sum() / 6)
-    inward = ", normals point inward" if volume < 0 else ""
-    return f"closed (watertight){among}, volume {abs(volume):.6g} m^3{inward}"
+    inward = ", normals point inward" if mesh.volume < 0 else ""
+    return f"closed (watertight){among}, volume {abs(mesh.volume):.6g} m^3{inward}"

@@ -23,7 +23,7 @@ def ogrid(
     from pole to rim over the rim's radius, and the distance from the axis (rim 1) by the part of that length.
     """
     n = rim // 4
-    rings, corner = _proportions(rim, *(bent or _of_sphere(half_angle)))
+    rings, corner = proportions(rim, *(bent or of_sphere(half_angle)))
     core = _core(n, corner)
     number = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)  # [along x, along y]
     border = np.concatenate([number[n, :n], number[n:0:-1, n], number[0, n:0:-1], number[:n, 0]])
@@ -41,14 +41,14 @@ def ogrid(
     return np.concatenate(points) @ np.array([[c, s], [-s, c]]), np.concatenate(cells)
 
 
-def _of_sphere(half_angle: float) -> tuple[float, Callable[[np.ndarray], np.ndarray]]:
+def of_sphere(half_angle: float) -> tuple[float, Callable[[np.ndarray], np.ndarray]]:
     """`bent` of a spherical cap, flat for 0."""
     if half_angle > 0:
         return half_angle / np.sin(half_angle), lambda s: np.sin(s * half_angle) / np.sin(half_angle)
     return 1.0, lambda s: s
 
 
-def _proportions(rim: int, arc: float, at: Callable[[np.ndarray], np.ndarray]) -> tuple[int, float]:
+def proportions(rim: int, arc: float, at: Callable[[np.ndarray], np.ndarray]) -> tuple[int, float]:
     """How many rings, and where the corners of the core stand (pole 0, rim 1), so that spacings differ least.
 
     The lengths looked at, over the rim's spacing: rings at the corners and at the middles of the core's sides, cells

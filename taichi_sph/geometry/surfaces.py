@@ -8,12 +8,16 @@ the finished patch (holes.py).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field, replace
+from weakref import WeakValueDictionary
 
 import numpy as np
 
+from ..errors import SceneError
 from ..scene import Numerics, Scene, Shell
+from ..scene.plausible import MAX_NODES
 from ..scene.surfaces import (
     BoxTank,
     CappedTank,
@@ -22,17 +26,21 @@ from ..scene.surfaces import (
     Frustum,
     Generated,
     MeshFile,
+    Net,
     Plate,
     Roof,
     Sphere,
     SpherePatch,
     frame_of,
 )
+from ..scene.units import show
 from .heads import meridian
 from .holes import Cutter
 from .mesh import SurfaceMesh, delaunay, plate
 from .meshfile import read_mesh
-from .ogrid import coons, ogrid
+from .meshfile import surface as surface_of
+from .meshfiles.raw import Raw
+from .ogrid import coons, of_sphere, ogrid, proportions
 
 TURN = {"x": [2, 0, 1], "y": [1, 2, 0], "z": [0, 1, 2]}  # local (x, y, z), z along the axis, to the scene's
 Place = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]  # points and normals (N, 3) of a patch -> those in the scene
@@ -362,7 +370,7 @@ def _mirrored(cells: np.ndarray) -> np.ndarray:
 
 
 def _sector(surface: Sphere, d: float) -> Patch:
-    """Sector of a sphere about 0 that holds the pole: three nets of quadrangles about a node within, laid out in arc length from the pole."""
+    """Sector of a sphere about 0 that holds the pole: three nets of quadrangles about a node within, in arc length from the pole."""
     radius, angle, reach = surface.radius, surface.angle, surface.bottom
     p = max(1, round(radius * np.sin(reach) * angle / (2 * d)))  # cells on half of its base, and on a straight side as far from the pole
     r = max(1, round(radius * reach / d) - p)  # on the rest of a straight side
@@ -549,8 +557,107 @@ def _delaunay_round(chart: np.ndarray, period: float) -> np.ndarray:
     return found[np.lexsort((found.max(axis=1), found.min(axis=1)))]
 
 
+COUNTED = 10**18  # more nodes than this are not told apart
+
+
+def count(surface: Generated, numerics: Numerics) -> int:
+    """Nodes of a generated surface, known before any of them exists; of round ends above a thousand columns to a hundredth, of other
+    ends, tapering walls, spheres and boxes by their area."""
+    d = numerics.spacing
+
+    def along(length: float) -> float:
+        ratio = length / d
+        return max(1, round(ratio)) if ratio < COUNTED else float(COUNTED)
+
+    def cap(radius: float, half_angle: float) -> float:
+        """Nodes of a round end, its rim included."""
+        around = 2 * math.pi * radius / d
+        rim = _rim(radius, d) if around < COUNTED else COUNTED
+        some = min(rim, 1000)  # rings are as many for each column of the rim, whatever their number
+        return (rim // 4 + 1) ** 2 + proportions(some, *of_sphere(half_angle))[0] * rim * (rim / some)
+
+    match surface:
+        case Plate():
+            nodes = (along(surface.length) + 1) * (along(surface.width) + 1)
+        case Disc():
+            nodes = cap(surface.radius, 0.0)
+        case SpherePatch():
+            nodes = cap(surface.radius * math.sin(surface.half_angle), surface.half_angle)
+        case Roof():
+            nodes = (along(surface.radius * (surface.half_angle - surface.start)) + 1) * (along(surface.length) + 1)
+        case Cylinder() if surface.ends == "open" and not surface.whole:
+            nodes = (along(surface.radius * surface.angle) + 1) * (along(surface.length) + 1)
+        case Frustum() | Sphere() | BoxTank():
+            nodes = surface.gross / d**2
+        case CappedTank() if surface.cap not in ("flat", "dome"):
+            nodes = surface.gross / d**2
+        case Cylinder() | CappedTank():
+            rim = _rim(surface.radius, d) if 2 * math.pi * surface.radius / d < COUNTED else COUNTED
+            nodes = rim * (along(surface.length) + 1)
+            if isinstance(surface, CappedTank):
+                nodes += 2 * (cap(surface.radius, surface.half_angle) - rim)
+            elif surface.ends == "discs":
+                nodes += 2 * (cap(surface.radius, 0.0) - rim)
+    return int(min(nodes, COUNTED))
+
+
+_MADE: WeakValueDictionary[Hashable, SurfaceMesh] = WeakValueDictionary()
+
+
+def mesh_key(shell: Shell, scene: Scene) -> Hashable:
+    """What the mesh of a shell follows from."""
+    surface = shell.surface
+    if isinstance(surface, MeshFile):
+        written = surface.path.stat().st_mtime_ns if surface.path.is_file() else 0
+        return surface, written, shell.motion == "in_plane", scene.numerics_of(shell).spacing
+    n = scene.numerics_of(shell)
+    if isinstance(surface, Net):
+        return surface, shell.motion == "in_plane"
+    return surface, n.spacing, n.cells, n.irregularity, n.seed
+
+
 def mesh_of(shell: Shell, scene: Scene) -> SurfaceMesh:
-    """The mid-surface of a shell, generated or read."""
+    """The mid-surface of a shell, generated or read; refused by its count where it is too large.
+
+    As long as somebody holds a mesh (the plan of a run does), the mesh is not made again.
+    """
+    key = mesh_key(shell, scene)
+    mesh = _MADE.get(key)
+    if mesh is None:
+        mesh = _MADE[key] = _mesh_of(shell, scene)
+    return mesh
+
+
+def _mesh_of(shell: Shell, scene: Scene) -> SurfaceMesh:
+    numerics = scene.numerics_of(shell)
+    plane = shell.motion == "in_plane"
+    if isinstance(shell.surface, Net):
+        return _of_arrays(shell.surface, plane)
     if not isinstance(shell.surface, MeshFile):
-        return generate(shell.surface, scene.numerics_of(shell))
-    return read_mesh(shell.surface.path, shell.surface.scale, plane=shell.motion == "in_plane")
+        nodes = count(shell.surface, numerics)
+        if nodes > MAX_NODES:
+            raise SceneError(
+                f"numerics.spacing {show(numerics.spacing, 'm')} gives shell '{shell.name}' {nodes:.2g} nodes; at most "
+                f"{MAX_NODES / 1e6:g} million are allowed"
+            )
+        return generate(shell.surface, numerics)
+    file = shell.surface
+    return read_mesh(
+        file.path,
+        file.scale,
+        plane=plane,
+        part=file.part,
+        merge=file.merge,
+        spacing=numerics.spacing,
+        time_limit=file.time_limit,
+    )
+
+
+def _of_arrays(net: Net, plane: bool) -> SurfaceMesh:
+    """Checked as what a file says; its points and cells count from 0."""
+    points = np.asarray(net.points, dtype=np.float64)
+    cells = np.full((len(net.cells), 4), -1, np.int64)
+    for row, cell in enumerate(net.cells):
+        cells[row, : len(cell)] = cell
+    raw = Raw(points, cells, np.arange(len(points)), np.arange(len(cells)), first=0)
+    return surface_of("net", raw, plane=plane, merge=net.merge)

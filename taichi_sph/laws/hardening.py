@@ -8,7 +8,24 @@ For n < 1 the power's slope is infinite at lambda = 0; it only serves a guarded 
 the power: (1 + x)^n to 1e-12 for x <= 0.03.
 """
 
+from itertools import pairwise
+from typing import Any
+
 from ..runtime import ti
+
+
+def at(strength: Any, strain: float) -> tuple[float, float]:
+    """(sigma_y, slope) [Pa] of a strength of scene.materials, outside kernels."""
+    if strength.kind == "perfect":
+        return strength.yield_stress, 0.0
+    if strength.kind == "table":
+        for (a, low), (b, high) in pairwise(strength.points):
+            if a <= strain < b:
+                slope = (high - low) / (b - a)
+                return low + slope * (strain - a), slope
+        return strength.points[-1][1], 0.0
+    base = max(strain, 1e-12)
+    return strength.A + strength.B * base**strength.n, strength.n * strength.B * base ** (strength.n - 1)
 
 
 @ti.func
@@ -40,9 +57,9 @@ def power_after(lam, more, stress, A, B, n):
 
 
 @ti.func
-def table(lam, points: ti.template(), count):
-    """(sigma_y, slope) [Pa] from `count` entries (lambda, sigma_y) of the field `points`."""
-    low, high = 0, count - 1  # points[low] <= lam < points[high], by halving
+def table(lam, points: ti.template(), first, count):
+    """(sigma_y, slope) [Pa] from `count` entries (lambda, sigma_y) of the field `points`, from `first` on."""
+    low, high = first, first + count - 1  # points[low] <= lam < points[high], by halving
     stress, slope = points[high][1], points[high][1] * 0.0
     if lam < points[high][0]:
         while high - low > 1:

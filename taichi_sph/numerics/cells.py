@@ -5,15 +5,19 @@ extent of the points does not matter. A query looks at 27 cubes; because two cub
 the table, a point counts only when it truly lies in the cube asked for, which also excludes doubles.
 """
 
+from typing import Any
+
 from .. import runtime
 from ..runtime import ti
+
+CUBES = 27  # the one that holds a point, and those around it
 
 
 @ti.data_oriented
 class CellGrid:
     """Points (field of 3-vectors), their number, and the largest distance that will be asked for [m]."""
 
-    def __init__(self, name: str, points, n: int, reach: float):
+    def __init__(self, name: str, points: Any, n: int, reach: float):
         self.points = points
         self.n = n
         self.reach = reach
@@ -37,6 +41,17 @@ def cube(x, inverse_reach):
 def bucket(c, table):
     """Place of a cube in the table (Teschner et al. 2003)."""
     return ((c[0] * 73856093) ^ (c[1] * 19349663) ^ (c[2] * 83492791)) & (table - 1)
+
+
+@ti.func
+def beside(grid: ti.template(), x, k, inverse_reach, table):
+    """Cube k of the CUBES around the point x, and where its bucket begins and ends in `sorted`.
+
+    A point j of the bucket counts when `all(cube(places[j], inverse_reach) == there)`: another cube may share the bucket.
+    """
+    there = cube(x, inverse_reach) + ti.Vector([k // 9 - 1, k // 3 % 3 - 1, k % 3 - 1])
+    place = bucket(there, table)
+    return there, grid.start[place], grid.start[place + 1]
 
 
 @ti.kernel

@@ -11,7 +11,6 @@ test four digits, and it is made once.
 
 from ..runtime import ti
 
-SIZE = 6
 mat6 = ti.types.matrix(6, 6, ti.f64)
 vec6 = ti.types.vector(6, ti.f64)
 

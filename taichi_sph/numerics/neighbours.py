@@ -9,10 +9,12 @@ can have moved by `skin` relative to each other. Testing candidates costs as muc
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
 from .. import runtime
+from ..pool import Pool
 from ..runtime import ti
 
 WIDE = 5  # cells that a query sees along each axis: at least so many there must be, or one would be seen twice
@@ -20,28 +22,29 @@ BLOCK = 4096
 
 
 @ti.data_oriented
-class Neighbours:
+class Neighbours(Pool):
     """Cells and lists of n points. `x` (N, 3) f64 [m] is kept in cell order by the owner (see `order`).
 
     number (N,) i32 of neighbours, the point itself included; near: those of point i from i * width on.
     """
 
-    def __init__(self, name: str, x, n: int, reach: float, spacing: float, box: np.ndarray):
+    def __init__(self, name: str, x: Any, n: int, reach: float, spacing: float, box: np.ndarray):
         """spacing [m]: so far apart points usually are; box (2, 3) [m]: where they are at first. Both only set sizes."""
-        self.name, self.x, self.n = name, x, n
+        super().__init__(name)
+        self.x, self.n = x, n
         self.reach = reach
         sides = np.ceil((box[1] - box[0]) / (0.5 * reach)).astype(int) + WIDE + 1
         while sides.prod() > max(4 * n, 1000):
             sides[sides.argmax()] = max(WIDE + 1, sides.max() // 2)
-        self.sides = runtime.new(f"{name}.sides", 3, dtype="i32")
+        self.sides = self.field("sides", 3, dtype="i32", doc="cells along each axis")
         runtime.put(self.sides, sides.astype(np.int32))
         self.cells = int(sides.prod())
-        self.start = runtime.new(f"{name}.start", self.cells + 2, dtype="i32")
-        self.source = runtime.new(f"{name}.source", n, dtype="i32")  # where each point stood before the sort
-        self.number = runtime.new(f"{name}.number", n, dtype="i32")
-        self.built = runtime.new(f"{name}.built", n, 3, "f64")  # m, x when the lists were built
+        self.start = self.field("start", self.cells + 2, dtype="i32", doc="first point of each cell")
+        self.source = self.field("source", n, dtype="i32", doc="where each point stood before the sort")
+        self.number = self.field("number", n, dtype="i32", doc="of neighbours, the point itself included")
+        self.built = self.field("built", n, 3, "f64", unit="m", keeps=True, doc="x when the lists were built")
         self.blocks = -(-n // BLOCK)
-        self.extreme = runtime.new(f"{name}.extreme", self.blocks, 8, "f64")
+        self.extreme = self.field("extreme", self.blocks, 8, "f64", unit="m", doc="of the displacements since then, by block")
         self._widen(4.19 * (reach / spacing) ** 3)
 
     def order(self) -> None:
@@ -56,6 +59,14 @@ class Neighbours:
             self._widen(most)
             _build(self, self.near, self.n, 2.0 / self.reach, self.reach, self.width)
 
+    def renew(self) -> None:
+        """The lists again, from the places that they were built from; the points stand in that order already."""
+        now = runtime.get(self.x, self.n)
+        runtime.put(self.x, runtime.get(self.built, self.n))
+        self.order()
+        self.list()
+        runtime.put(self.x, now)
+
     def moved(self) -> tuple[float, float]:
         """How far two points can have moved relative to each other, and one at most, since the lists were built [m]."""
         _extremes(self, self.n, self.blocks)
@@ -64,9 +75,9 @@ class Neighbours:
         return float(np.linalg.norm(high - low)), float(math.sqrt(e[:, 6].max()))
 
     def _widen(self, most: float) -> None:
-        """Room for `most` neighbours and a quarter more (the field before it, if any, is lost to this run)."""
+        """Room for `most` neighbours and a quarter more."""
         self.width = math.ceil(1.25 * most / 8) * 8
-        self.near = runtime.new(f"{self.name}.near", self.n * self.width, dtype="i32")
+        self.near = self.field("near", self.n * self.width, dtype="i32", grows=True, doc="neighbours of point i from i * width on")
 
     @ti.func
     def cell(self, x, inverse):

@@ -7,22 +7,34 @@ plug that the striker pushes through the water tells nothing. Only particles tha
 looked at are asked again: far inside, nothing can have happened.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from .. import runtime
+from ..pool import Pool
+
+if TYPE_CHECKING:
+    from ..bodies.fluid.group import FluidGroup
+    from ..bodies.shell_sph.group import ShellGroup
 
 
-class LeakGauge:
+class LeakGauge(Pool):
     """Watches one fluid in one closed shell."""
 
-    def __init__(self, tank, fluid):
+    kept = ("outside", "room", "looked", "before", "rate", "jet")
+
+    def __init__(self, tank: ShellGroup, fluid: FluidGroup):
         """tank: the group of the shell; fluid: that of the fluid."""
+        super().__init__("leak")
         self.tank, self.fluid = tank, fluid
         n = fluid.body.p.n
         self.outside = np.zeros(n, bool)  # by number at the start
         self.room = np.zeros(n)  # m, how far a particle was from the shell when it was last looked at
         self.looked = np.zeros(n)  # s, when
-        self.before = (0.0, 0.0)  # time [s] and escaped mass [kg] of the sample before
+        self.before = np.zeros(2)  # time [s] and escaped mass [kg] of the sample before
         self.rate, self.jet = 0.0, np.zeros(3)  # kg/s, m/s: of the last sample
         self.row = self._row(0.0)  # of the last sample; asking for it again changes nothing
 
@@ -57,7 +69,7 @@ class LeakGauge:
         since = time - self.before[0]
         if since > 0:
             self.rate = (mass - self.before[1]) / since
-            self.before = (time, mass)
+            self.before = np.array([time, mass])
         if len(left):
             self.jet = v[left].mean(axis=0)
         self.row = self._row(mass)
@@ -103,17 +115,3 @@ class LeakGauge:
         was = tank.mesh.areas[broken]
         lost = (runtime.get(tank.nodes.fragment, tank.nodes.n)[corners] == 1).any(axis=1)
         return float(np.where(lost, was, np.clip(now - was, 0.0, 4.0 * was)).sum())
-
-    def state(self) -> dict[str, np.ndarray]:
-        return {
-            "leak.outside": self.outside,
-            "leak.room": self.room,
-            "leak.looked": self.looked,
-            "leak.numbers": np.array([*self.before, self.rate, *self.jet]),
-        }
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        self.outside = np.asarray(state["leak.outside"]).copy()
-        self.room, self.looked = np.asarray(state["leak.room"]).copy(), np.asarray(state["leak.looked"]).copy()
-        numbers = np.asarray(state["leak.numbers"])
-        self.before, self.rate, self.jet = (float(numbers[0]), float(numbers[1])), float(numbers[2]), numbers[3:6].copy()

@@ -23,6 +23,7 @@ from matplotlib.figure import Figure
 from ..errors import SceneError
 from ..frame import BodyFrame
 from ..output.folder import RunFolder
+from ..output.measures.leak import tanks
 from . import plots, struck
 from .backend import Backend, choose
 from .panel import BENT, DAMAGE, MARGIN, MOVED, PLASTIC, SPEED, UPRIGHT, Look, View, cell_values, draw, magnification, view_of
@@ -267,7 +268,7 @@ def _struck(run: RunFolder, backend: Backend) -> list[Path]:
         for field in ("pressure", "speed") if run.of_kind("fluid") else ("motion",):
             strip = struck.free_strip(run, looks, field, backend, chosen, _subtitle(run), DPI)
             paths.append(_save(strip, out / f"{field}_over_time.png"))
-    for name, figure in (("strikers", plots.strikers(run)), ("leak", plots.leak(run))):
+    for name, figure in (("strikers", plots.strikers(run)), *((name, plots.leak(run, fluid)) for fluid, name in tanks(run).items())):
         if figure is not None:
             paths.append(_save(figure, out / f"{name}.png"))
     return paths

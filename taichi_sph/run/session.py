@@ -108,7 +108,6 @@ class Clocks:
     advance: float = 0.0
     write: float = 0.0
     processor: float = 0.0  # of all threads while advancing: what other programs on the machine take is not in it
-    sessions: int = 1
 
     @property
     def seconds(self) -> dict[str, float]:
@@ -235,7 +234,6 @@ def resume(
             sim.restore(saved.state)
             clocks = _clocks_of(saved.extra)
             clocks.threads = threads or os.cpu_count() or 1
-            clocks.sessions += 1
             clocks.compile += sim.compile_seconds
             progress.log_to(out / LOG_FILE, append=True)
             session = _Session(scene, out, sim, arch, clocks, progress, asked, saved.time)

@@ -23,7 +23,9 @@ _WHERE = {
     "schema": ("Scene",),
     "script": ("derive", "dump", "load", "load_scene", "parameters_of"),
     "study": ("Convergence", "Study"),
-    "surfaces": ("CappedTank", "Cylinder", "Disc", "MeshFile", "Plate", "Roof", "SpherePatch"),
+    "surfaces": (
+        "BoxTank", "CappedTank", "Cylinder", "Disc", "Frustum", "HoleIn", "MeshFile", "Net", "Plate", "Roof", "Sphere", "SpherePatch"
+    ),
     "units": ("Angle", "Density", "Dimensionless", "Force", "Length", "Pressure", "Speed", "Spin", "Time", "to_si"),
     "..bodies.fluid.said": ("Acoustic", "Fluid", "FluidBox", "Hole", "ShellFill", "Tait", "Wall", "Water"),
     "..bodies.rigid.said": ("Pinball", "Rigid"),

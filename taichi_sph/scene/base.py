@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
@@ -32,6 +33,10 @@ class Body(Frozen):
     @property
     def meets(self) -> bool:
         return True
+
+    def sizes(self) -> tuple[int, float, float]:
+        """Points, mass [kg] and longest step [s] of a body, before it is built: what an estimate takes of a kind that it does not know."""
+        return 1, 0.0, math.inf
 
     def check(self, scene: Any) -> None:
         """ValueError with a sentence that starts with the key, where the body does not fit the rest of the scene."""

@@ -104,7 +104,7 @@ class Mazars(Frozen):
 class LemaitreChaboche(Frozen):
     """Ductile damage, linear in the plastic strain (T 2.62, 2.66): 0 up to `threshold`, `critical` at `rupture`, both
     true plastic strains of uniaxial tension. `necks`: `rupture` is the strain in a neck, and a cell wider than the sheet is
-    thick breaks at the mean of the neck and the sheet beside it (scene/necking.py)."""
+    thick breaks at the mean of the neck and the sheet beside it (laws/necking.py)."""
 
     kind: Literal["lemaitre_chaboche"] = "lemaitre_chaboche"
     threshold: Annotated[Dimensionless, Field(ge=0)]  # eps_d, eps_p^s

@@ -132,11 +132,16 @@ def _size(s: Scene) -> None:
         return
     nodes, beat, coarsest = 0.0, 0.0, s.numerics.spacing
     for shell in s.shells:
-        spacing = s.numerics_of(shell).spacing
+        spacing, surface = s.numerics_of(shell).spacing, shell.surface
         waves = math.sqrt(shell.material.young / shell.material.density) / spacing
         if waves > beat:
             beat, coarsest = waves, spacing
-        nodes += 0.0 if shell.surface.kind == "mesh" else shell.surface.area / spacing**2
+        if surface.kind in ("mesh", "net"):
+            continue
+        if spacing > surface.smallest * (1 + 1e-9):
+            why = f"is {show(surface.smallest, 'm')} wide" if surface.kind == "plate" else f"takes at most {show(surface.smallest, 'm')}"
+            raise ValueError(f"numerics.spacing {show(spacing, 'm')} is larger than the body: {surface.kind} '{shell.name}' {why}")
+        nodes += surface.area / spacing / spacing
     if nodes > MAX_NODES:
         raise ValueError(f"numerics.spacing {show(coarsest, 'm')} gives {nodes:.2g} nodes; at most {MAX_NODES / 1e6:g} million are allowed")
     if s.increments is not None:

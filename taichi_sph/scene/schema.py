@@ -41,7 +41,7 @@ def _of(kinds: Kinds, key: str) -> BeforeValidator:
     """A table with a `kind`, as the class of the kind of that name; the kinds are looked up when a scene is made."""
 
     def choose(value: Any) -> Any:
-        known = {kind.name: kind.said for kind in kinds(key)}
+        known: dict[Any, type[Frozen]] = {kind.name: kind.said for kind in kinds(key) if kind.said is not None}
         if not isinstance(value, Mapping):
             if type(value) in known.values():
                 return value

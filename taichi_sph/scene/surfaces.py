@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, StrictInt, model_validator
 
 from .base import Choice, Frozen, Point
-from .units import Angle, Dimensionless, Length
+from .units import Angle, Dimensionless, Length, Time
 
 FULL = 2 * math.pi - 1e-4  # an arc from here on is the whole circle
 TAPER = 3.5  # largest over smallest radius of a wall whose rows all have one number of nodes
@@ -49,6 +49,11 @@ class Shaped(Frozen):
         """True area [m2], without what the holes take: to the fourth order in radius over curvature."""
         gone = sum(math.pi * h.radius**2 * (1 + h.radius**2 * self.bent(h.centre) / 8) for h in self.holes)
         return self.gross - gone
+
+    @property
+    def thickest(self) -> float:
+        """Thickness [m] that no shell of this shape has."""
+        return getattr(self, "radius", math.inf)
 
     def bent(self, at: Point) -> float:
         """Sum of the squares of both curvatures [1/m2] at a point of the surface; 0 where it is flat or counts as flat."""
@@ -102,6 +107,11 @@ class Plate(Shaped):
     def frame(self) -> np.ndarray:
         """(3, 3) rows: along its length, along its width, its normal."""
         return frame_of(self.normal, self.along)
+
+    def within(self, point: Point) -> tuple[float, float, float]:
+        """A point by its way along the length, along the width, and off the plane, from the corner [m]."""
+        along, across, off = self.frame @ np.subtract(point, self.origin)
+        return float(along), float(across), float(off)
 
     @property
     def gross(self) -> float:
@@ -224,6 +234,8 @@ class CappedTank(Shaped):
                 raise ValueError(f"cap_height {self.cap_height:g} m is larger than the radius {self.radius:g} m: at most a hemisphere")
         elif self.cap == "conical":
             raise ValueError("cap_height is missing: how high is the cone?")
+        if self.cap == "conical" and (self.cap_height or 0) > 2 * self.radius * (1 + 1e-9):
+            raise ValueError("cap_height of a cone above twice the radius is not possible yet: the net cannot follow so sharp a tip")
         for key in ("crown", "knuckle"):
             if self.cap == "torispherical" and getattr(self, key) is None:
                 raise ValueError(
@@ -235,7 +247,7 @@ class CappedTank(Shaped):
             crown, knuckle = self.radii
             if not knuckle < self.radius * (1 - 1e-9) or not crown > self.radius * (1 - 1e-9):
                 raise ValueError(
-                    f"knuckle {knuckle:g} m must be smaller, and crown {crown:g} m not smaller, than the radius {self.radius:g} m of the tank"
+                    f"knuckle {knuckle:g} m must be smaller, and crown {crown:g} m not smaller, than the radius {self.radius:g} m"
                 )
         return self
 
@@ -366,6 +378,10 @@ class Frustum(Shaped):
         return self.angle >= FULL
 
     @property
+    def thickest(self) -> float:
+        return min(self.radius, self.end_radius)
+
+    @property
     def slant(self) -> float:
         """Length of the wall from end to end [m]."""
         return math.hypot(self.length, self.end_radius - self.radius)
@@ -418,6 +434,10 @@ class BoxTank(Shaped):
         return tuple(face for face in every if face not in self.without)
 
     @property
+    def thickest(self) -> float:
+        return min(self.size) / 2
+
+    @property
     def gross(self) -> float:
         x, y, z = self.size
         return sum({"x": y * z, "y": x * z, "z": x * y}[face[1]] for face in self.faces)
@@ -452,8 +472,8 @@ class SpherePatch(Shaped):
 
 
 class Sphere(Shaped):
-    """Sphere about `origin`, or the part of it between two angles from +z, `top` and `bottom`, and over the arc of `angle` round z that begins
-    at `start_angle` (from x): all of it by itself; top = 18 deg, bottom = 90 deg is the hemisphere with a hole."""
+    """Sphere about `origin`, or the part of it between two angles from +z, `top` and `bottom`, and over the arc of `angle` round z that
+    begins at `start_angle` (from x): all of it by itself; top = 18 deg, bottom = 90 deg is the hemisphere with a hole."""
 
     kind: Literal["sphere"] = "sphere"
     radius: Size
@@ -474,8 +494,8 @@ class Sphere(Shaped):
             )
         if self.top == 0 and not self.whole and (self.angle > 2 * math.pi / 3 + 1e-6 or self.bottom > math.pi / 2 + 1e-6):
             raise ValueError(
-                f"angle {math.degrees(self.angle):g} deg with top 0 and bottom {bottom:g} deg: a sector that holds the pole is not possible "
-                "yet beyond angle 120 deg or bottom 90 deg"
+                f"angle {math.degrees(self.angle):g} deg with top 0 and bottom {bottom:g} deg: a sector that holds the pole is not "
+                "possible yet beyond angle 120 deg or bottom 90 deg"
             )
         if self.top > 0 or (not self.to_pole and self.bottom > math.pi / 2):
             ends = [math.sin(max(self.top, 0.0) or math.pi / 2), math.sin(self.bottom)]
@@ -549,11 +569,16 @@ class Roof(Shaped):
 
 
 class MeshFile(Frozen):
-    """Any triangle or quadrangle surface mesh that meshio reads; `scale` turns its unit into metres."""
+    """A surface mesh of triangles and quadrangles from a file; `scale` turns its unit into metres. `part`: the one group,
+    set, part or property of the file that is read. `merge` = false keeps nodes in one place apart, so that a slit of zero
+    width stays open. `time_limit`: for the formats that a process of its own reads (.vtu, .vtk, .med, .xdmf, .mesh)."""
 
     kind: Literal["mesh"] = "mesh"
     path: Path
     scale: Annotated[Dimensionless, Field(gt=0)] = 1.0
+    part: str | None = None
+    merge: bool = True
+    time_limit: Annotated[Time, Field(gt=0)] = 60.0
 
 
 def _plain(value: Any) -> Any:
@@ -566,11 +591,19 @@ Corners = Annotated[tuple[StrictInt, ...], Field(min_length=3, max_length=4)]
 
 class Net(Frozen):
     """A surface from arrays: `points` (N, 3), or (N, 2) in the plane z = 0, and `cells`, three or four numbers of points each, from 0 on (a
-    fourth of -1 makes a triangle). Checked as a mesh from a file is."""
+    fourth of -1 makes a triangle). Checked as a mesh from a file is; `merge` as there."""
 
     kind: Literal["net"] = "net"
     points: Annotated[tuple[tuple[Length, Length, Length], ...], BeforeValidator(lambda value: _in_space(_plain(value)))]
     cells: Annotated[tuple[Corners, ...], BeforeValidator(_plain)]
+    merge: bool = True
+
+    @property
+    def area(self) -> float:
+        """Of its cells as they are [m2]."""
+        p = np.asarray(self.points)
+        c = np.array([cell if len(cell) == 4 and cell[3] >= 0 else (*cell[:3], cell[2]) for cell in self.cells])
+        return 0.5 * float(np.linalg.norm(np.cross(p[c[:, 2]] - p[c[:, 0]], p[c[:, 3]] - p[c[:, 1]]), axis=1).sum())
 
     @model_validator(mode="after")
     def _has_cells(self) -> Net:
@@ -589,7 +622,6 @@ def _in_space(points: Any) -> Any:
     return points
 
 
-Flat = Plate | Disc
 Generated = Plate | Disc | Cylinder | CappedTank | Frustum | BoxTank | SpherePatch | Sphere | Roof
 Given = MeshFile | Net  # their cells are what they are: spacing, cells and irregularity of the numerics do not count
 Surface = Annotated[Generated | Given, *Choice]

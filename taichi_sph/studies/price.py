@@ -28,12 +28,13 @@ from typing import Any
 
 import numpy as np
 
+from ..bodies.fluid.said import Fluid
 from ..errors import RunInterrupted, RunStopped, SceneError, TaichiSphError, nearest
 from ..output import files
 from ..output.lock import locked
 from ..run import session as running
 from ..run.progress import Progress, bytes_text
-from ..scene import MeshFile, Scene, Study
+from ..scene import MeshFile, Scene, Shell, Study
 from ..scene.script import load_scene, parameters_of
 from ..scene.units import show
 from . import sweep
@@ -117,7 +118,7 @@ def _of_the_form(scene: Scene, key: str) -> dict[str, Settings]:
     return found | {"no filters": {f"{inside}.edge_filter": 0.0, f"{inside}.spin_filter": 0.0}}
 
 
-def _of_the_fluid(fluid, wets: bool) -> dict[str, Settings]:
+def _of_the_fluid(fluid: Fluid, wets: bool) -> dict[str, Settings]:
     """Support, viscosity and diffusion of a fluid; where it wets a shell, its contact and how often it acts."""
     inside = f"fluids.{fluid.name}"
     found: dict[str, Settings] = {}
@@ -131,7 +132,7 @@ def _of_the_fluid(fluid, wets: bool) -> dict[str, Settings]:
     return found
 
 
-def _of_the_material(shell) -> dict[str, Settings]:
+def _of_the_material(shell: Shell) -> dict[str, Settings]:
     """Layers or the global form through the thickness, and the delay of damage."""
     inside = f"shells.{shell.name}.material"
     found: dict[str, Settings] = {}
@@ -487,13 +488,14 @@ def main(
             "quality_rule": QUALITY_RULE,
             "left_out": left_out,
         }
-        found["words"] = sentences(found)
+        words = sentences(found)
+        found["words"] = words
         for written in _write(found, all_results, out, progress):
             progress.say(f"written: {written}")
         if record:
             for written in _record(found, out):
                 progress.say(f"recorded: {written}")
-        for line in ["", *sentences(found)]:
+        for line in ("", *words):
             progress.say(line)
         return out
 

@@ -33,22 +33,23 @@ BARS = {"node_steps_per_second": 2.0e6, "share": 0.5, "cold": 15.0, "warm": 5.0,
 # Gathers count each entry once, as a perfect cache would; what only a rupture or a growing damage touches is left out.
 TRAFFIC = {
     "rows": {
-        "read": {"galerkin.start": "R", "galerkin.coef": "P", "galerkin.source": "P", "nodes.u": "N", "galerkin.k": "N",
-                 "galerkin.integrity": "N", "nodes.cell_start": "N", "nodes.cell": "C", "cells.broken": "M", "cells.delayed": "M"},
-        "write": {"edges.u": "E", "galerkin.residual": "N", "galerkin.row_force": "N"},
+        "read": {"galerkin.rows.start": "R", "galerkin.rows.coef": "P", "galerkin.rows.source": "P", "nodes.u": "N",
+                 "galerkin.stiffness": "N", "galerkin.integrity": "N",
+                 "cells.start_of_node": "N", "cells.of_node": "C", "cells.broken": "M", "cells.delayed": "M"},
+        "write": {"galerkin.edge_u": "E", "galerkin.residual": "N", "galerkin.row_force": "N"},
     },
     "cells": {
-        "read": {"cells.broken": "M", "cells.n_corners": "M", "cells.edge": "M", "cells.side": "S", "edges.u": "E", "cells.area": "M",
-                 "cells.a1": "M", "cells.a2": "M", "cells.damage": "M", "cells.delayed": "M", "cells.strain": "M"},
-        "write": {"cells.damage": "M", "cells.delayed": "M", "cells.strain": "M", "cells.side_force": "S"},
+        "read": {"cells.broken": "M", "cells.n_corners": "M", "cells.edge": "M", "galerkin.side": "S", "galerkin.edge_u": "E",
+                 "cells.area": "M", "cells.a1": "M", "cells.a2": "M", "cells.damage": "M", "cells.delayed": "M", "cells.strain": "M"},
+        "write": {"cells.damage": "M", "cells.delayed": "M", "cells.strain": "M", "galerkin.side_force": "S"},
     },
-    "edges": {"read": {"edges.sides": "E", "cells.side_force": "S"}, "write": {"galerkin.row_force": "E"}},
+    "edges": {"read": {"cells.sides": "E", "galerkin.side_force": "S"}, "write": {"galerkin.row_force": "E"}},
     "nodes": {
-        "read": {"galerkin.t_start": "N", "galerkin.t_coef": "P", "galerkin.t_row": "P", "galerkin.row_force": "R"},
+        "read": {"galerkin.rows.t_start": "N", "galerkin.rows.t_coef": "P", "galerkin.rows.t_row": "P", "galerkin.row_force": "R"},
         "write": {"nodes.force": "N"},
     },
     "motion": {
-        "read": {"nodes.u": "N", "nodes.v": "N", "nodes.force": "N", "nodes.mass": "N", "loads.force": "N"},
+        "read": {"nodes.u": "N", "nodes.v": "N", "nodes.force": "N", "nodes.mass": "N", "loads.force.total": "N"},
         "write": {"nodes.u": "N", "nodes.v": "N", "nodes.kinetic": "N"},
     },
 }  # fmt: skip
@@ -110,7 +111,8 @@ def plate_scene(nodes: int, precision: str = "f64", formulation: str = "galerkin
     )
 
 
-METAL = {"nodes": (10_000, 40_000), "bar": 1.0e6}  # sizes; node-steps/s of a bent metal shell, all of it yielding, in f64 on two cores
+METAL_SIZES = (10_000, 40_000)
+METAL_BAR = 1.0e6  # node-steps/s of a bent metal shell, all of it yielding, in f64 on two cores
 
 
 def metal_scene(nodes: int, precision: str = "f64") -> Scene:
@@ -119,7 +121,8 @@ def metal_scene(nodes: int, precision: str = "f64") -> Scene:
     side, strips = 0.1, 50
     spacing = side / math.sqrt(nodes)
     rate = 5.0 / spacing  # 1/s
-    like = material("steel, perforated plate")
+    like = material("steel, perforated plate").model_dump()
+    damage = like["damage"]
     return Scene.model_validate(
         {
             "name": f"bench-metal-{nodes}",
@@ -133,7 +136,7 @@ def metal_scene(nodes: int, precision: str = "f64") -> Scene:
                     "surface": Plate(length=side, width=side).model_dump(),
                     "thickness": 1e-3,
                     "motion": "free",
-                    "material": {**like.model_dump(), "damage": {**like.damage.model_dump(), "rupture": 0.1}},
+                    "material": {**like, "damage": {**damage, "rupture": 0.1}},
                     "cuts": [{"start": (side / 2, 0.4 * side, 0), "end": (side / 2, 0.6 * side, 0)}],
                 }
             ],
@@ -217,14 +220,21 @@ def measure(
 # the same of a step of water, all letters per particle (N) or per entry of a list (L); lists and sort are made anew
 # in every so-many-th step, and what they move is shared among the steps between
 FLUID_TRAFFIC = {
-    "pack": {"read": {"x": "N", "v": "N", "s": "N", "rate": "N", "rate_before": "N"}, "write": {"pair": "N"}},
-    "act": {
-        "read": {"number": "N", "near": "L", "pair": "N", "s": "N", "rate": "N", "missed": "N", "mass": "N", "viscous": "N",
-                 "diffused": "N", "lag": "N"},
-        "write": {"force": "N", "s": "N", "rate": "N", "rate_before": "N", "missed": "N", "viscous": "N", "diffused": "N", "lag": "N"},
+    "pack": {
+        "read": {"fluid.x": "N", "fluid.v": "N", "fluid.s": "N", "fluid.rate": "N", "fluid.rate_before": "N"},
+        "write": {"fluid.pair": "N"},
     },
-    "drift": {"read": {"x": "N", "v": "N", "force": "N", "mass": "N", "ahead": "N"}, "write": {"x": "N", "v": "N", "kinetic": "N"}},
-    "moved": {"read": {"x": "N", "built": "N"}, "write": {}},
+    "act": {
+        "read": {"fluid.lists.number": "N", "fluid.lists.near": "L", "fluid.pair": "N", "fluid.s": "N", "fluid.rate": "N",
+                 "fluid.missed": "N", "fluid.mass": "N", "fluid.viscous": "N", "fluid.diffused": "N", "fluid.lag": "N"},
+        "write": {"fluid.force": "N", "fluid.s": "N", "fluid.rate": "N", "fluid.rate_before": "N", "fluid.missed": "N",
+                  "fluid.viscous": "N", "fluid.diffused": "N", "fluid.lag": "N"},
+    },
+    "drift": {
+        "read": {"fluid.x": "N", "fluid.v": "N", "fluid.force": "N", "fluid.mass": "N", "fluid.ahead": "N"},
+        "write": {"fluid.x": "N", "fluid.v": "N", "fluid.kinetic": "N"},
+    },
+    "moved": {"read": {"fluid.x": "N", "fluid.lists.built": "N"}, "write": {}},
 }  # fmt: skip
 FLUID_SIZES = (10_000, 31_600, 100_000, 316_000, 1_000_000, 2_000_000)
 FLUID_BARS = {"particle_steps_per_second": 3.0e6}
@@ -272,7 +282,7 @@ def measure_fluid(particles: int, arch: str, threads: int | None, precision: str
     listed = int(runtime.get(b.near.number, n).sum())
     moved = {
         kernel: sum(
-            fields[f"water.{name}"] * (listed if letter == "L" else n) / runtime.capacity(n * b.near.width if letter == "L" else n)
+            fields[name] * (listed if letter == "L" else n) / runtime.capacity(n * b.near.width if letter == "L" else n)
             for way in arrays.values()
             for name, letter in way.items()
         )
@@ -316,7 +326,7 @@ def main_fluid(sizes: tuple[int, ...], arch: str, threads: int | None, precision
     limit = bandwidth(arch, threads)
     print(f"memory bandwidth (triad): {limit / 1e9:.1f} GB/s")
     print("\nreal  particles  neighb.  listed  steps  per list  M part-st/s   best  B/part-st   GB/s  of mem  B/part")
-    rows = []
+    rows: list[dict[str, Any]] = []
     for size, real in [(size, precision) for size in sizes or FLUID_SIZES] + ([] if sizes else [(100_000, "f32")]):
         r = measure_fluid(size, arch, threads, real)
         moved = sum(r["bytes_per_particle_step"].values())
@@ -328,7 +338,8 @@ def main_fluid(sizes: tuple[int, ...], arch: str, threads: int | None, precision
             f" {moved * r['particle_steps_per_second'] / 1e9:6.1f} {r['share_of_bandwidth']:7.0%} {r['memory_per_particle']:7.0f}",
             flush=True,
         )
-    content = {"machine": about, "versions": versions(), "arch": arch, "threads": threads, "bandwidth": limit, "sizes": rows}
+    content: dict[str, Any] = {"machine": about, "versions": versions(), "arch": arch, "threads": threads, "bandwidth": limit}
+    content["sizes"] = rows
     if len(rows) > 2:
         plain = [
             {"nodes": r["particles"], "node_steps_per_second": r["particle_steps_per_second"]} for r in rows if r["precision"] == precision
@@ -351,7 +362,7 @@ def main_metal(sizes: tuple[int, ...], arch: str, threads: int | None, precision
     print(f"{about['processor']}, {about['cores']} cores, {arch}, threads {threads or 'all'}")
     print("\nreal     nodes  steps  broken  yielding  M node-st/s   best  core-us/node-st  B/node  build [s]")
     rows = []
-    for size in sizes or METAL["nodes"]:
+    for size in sizes or METAL_SIZES:
         r = measure(size, arch, threads, precision, metal=True)
         rows.append(r)
         print(
@@ -360,7 +371,7 @@ def main_metal(sizes: tuple[int, ...], arch: str, threads: int | None, precision
             f" {1e6 * r['core_seconds_per_node_step']:16.2f} {r['memory_per_node']:7.0f} {r['seconds_build']:10.1f}",
             flush=True,
         )
-    print(f"bar: {METAL['bar'] / 1e6:g} M node-steps/s {'met' if r['node_steps_per_second'] >= METAL['bar'] else 'MISSED'}")
+    print(f"bar: {METAL_BAR / 1e6:g} M node-steps/s {'met' if r['node_steps_per_second'] >= METAL_BAR else 'MISSED'}")
     if out is not None:
         content = {"machine": about, "versions": versions(), "arch": arch, "threads": threads, "sizes": rows}
         out.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
@@ -475,7 +486,7 @@ def main(sizes: tuple[int, ...], arch: str, threads: int | None, precision: str,
     limit = max(limit, bandwidth(arch, threads))  # the machine may have been busy the first time
     lines = [_line(r, limit) for r in rows]
     print(f"memory bandwidth (triad), again: {limit / 1e9:.1f} GB/s; with it:\n" + "\n".join(lines))
-    content = {"machine": about, "versions": versions(), "arch": arch, "threads": threads, "bandwidth": limit,
+    content: dict[str, Any] = {"machine": about, "versions": versions(), "arch": arch, "threads": threads, "bandwidth": limit,
                "first_step_seconds": started, "branching": long, "sizes": rows}  # fmt: skip
     if len(plain) > 1:
         content["exponent"] = exponent(plain)

@@ -10,7 +10,8 @@ Both as sparse matrices of full integration; no element is used in the time loop
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -36,7 +37,7 @@ def shape(corners: int, r: float, s: float) -> tuple[np.ndarray, np.ndarray]:
     return 0.25 * along * up, 0.25 * np.column_stack([sign[:, 0] * up, sign[:, 1] * along])
 
 
-def element_stiffness(mesh: SurfaceMesh, young: float, poisson: float, thickness: float):
+def element_stiffness(mesh: SurfaceMesh, young: float, poisson: float, thickness: float) -> Any:
     """Sparse (2N, 2N) stiffness in the plane [N/m]."""
     C = thickness * plane_stress(young, poisson)
 
@@ -56,7 +57,7 @@ def element_stiffness(mesh: SurfaceMesh, young: float, poisson: float, thickness
     return _assembled(mesh, 2, of_cell)
 
 
-def shell_stiffness(mesh: SurfaceMesh, young: float, poisson: float, thickness: float):
+def shell_stiffness(mesh: SurfaceMesh, young: float, poisson: float, thickness: float) -> Any:
     """Sparse (6N, 6N) stiffness of a shell on the unknowns u, d of each node [N/m, N, N m]. What of d points along the
     director has none: leave it out."""
     C = thickness * plane_stress(young, poisson)
@@ -111,7 +112,7 @@ def _points(corners: int) -> list[tuple[float, float, float]]:
     return QUAD_POINTS if corners == 4 else TRIANGLE_POINTS
 
 
-def _assembled(mesh: SurfaceMesh, unknowns: int, of_cell):
+def _assembled(mesh: SurfaceMesh, unknowns: int, of_cell: Callable[[np.ndarray], np.ndarray]) -> Any:
     from scipy.sparse import coo_array
 
     rows, columns, values = [], [], []

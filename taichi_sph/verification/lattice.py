@@ -31,7 +31,7 @@ omega^2 < 0 or complex: the wave grows. omega^2 = 0: it feels nothing. What must
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -171,7 +171,9 @@ class Lattice:
         return np.stack([(ix + half) % self.n - half, (iy + half) % self.n - half], axis=1).astype(float), K
 
 
-def running(formulation: str, cells: str, stretches: Sequence[float], support: float = SUPPORT, poisson: float = POISSON):
+def running(
+    formulation: str, cells: str, stretches: Sequence[float] | np.ndarray, support: float = SUPPORT, poisson: float = POISSON
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """stretch -> (R, K) as of Lattice.response, of the running kernels: a node moved in the middle of a stretched plate."""
     from .. import runtime
     from ..scene import Material, Numerics, Plate, Scene, Shell
@@ -244,13 +246,14 @@ class Domain:
     waves: np.ndarray
     worst: np.ndarray = field(repr=False)
 
-    def longest_growing(self, row: int) -> float:
-        """Length, in spacings, of the longest wave that grows at this stretch; 0 where none does."""
-        growing = np.flatnonzero(self.worst[row] < -NOTHING)
-        return 2.0 / self.waves[growing[0]] if len(growing) else 0.0
 
-
-def domain(name: str, responses, stretches: Sequence[float], waves: Sequence[float], poisson: float = POISSON) -> Domain:
+def domain(
+    name: str,
+    responses: Iterable[tuple[np.ndarray, np.ndarray]],
+    stretches: Sequence[float] | np.ndarray,
+    waves: Sequence[float] | np.ndarray,
+    poisson: float = POISSON,
+) -> Domain:
     """The stability domain of a form: responses yields (R, K) for each stretch."""
     G = 0.5 / (1 + poisson)
     k = math.pi * np.asarray(waves)[None, :, None] * DIRECTIONS[:, None, :]
@@ -262,7 +265,7 @@ def domain(name: str, responses, stretches: Sequence[float], waves: Sequence[flo
     return Domain(name, np.asarray(stretches), np.asarray(waves), np.array(worst))
 
 
-def domains(stretches: Sequence[float], waves: Sequence[float]) -> list[Domain]:
+def domains(stretches: Sequence[float] | np.ndarray, waves: Sequence[float] | np.ndarray) -> list[Domain]:
     """All forms: kernel by layout, then the package's own."""
     found = [
         domain(f"{kernel} kernel, {NAMES[layout]}", (Lattice(kernel, layout, s).response() for s in stretches), stretches, waves)

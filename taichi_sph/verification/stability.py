@@ -156,11 +156,14 @@ def by_spectrum(scene: Scene) -> str:
 
 def limit(scene: Scene) -> tuple[float, float]:
     """Measured and predicted limit of the step [s]."""
+    from ..world.instead.limit import LimitSearch
     from ..world.world import World
 
     sim = World(scene, threads=1)
     sim.advance(1)
-    return sim.relaxation.measured, sim.relaxation.predicted
+    search = sim.relaxation
+    assert isinstance(search, LimitSearch)
+    return search.measured, search.predicted
 
 
 def by_run(scene: Scene, looks: int = 10, whole: bool = False) -> str:
@@ -273,7 +276,7 @@ def time_step() -> Iterator[Found]:
 def support() -> Iterator[Found]:
     for cells, irregularity in CELLS:
 
-        def holds(h: float, cells=cells, irregularity=irregularity) -> str:
+        def holds(h: float, cells: str = cells, irregularity: float = irregularity) -> str:
             return by_spectrum(_past_checks(sheet(cells, irregularity), numerics__formulation__support=h))
 
         low, why = edge(holds, 1.2, 0.4, 0.05)
@@ -285,7 +288,7 @@ def poisson() -> Iterator[Found]:
     for cells, irregularity in CELLS[1:4:2]:
         scene = sheet(cells, irregularity)
 
-        def holds(nu: float, scene=scene) -> str:
+        def holds(nu: float, scene: Scene = scene) -> str:
             shell = _past_checks(scene.shells[0], material__poisson=nu)
             return by_spectrum(scene.model_copy(update={"shells": (shell,)}))
 
@@ -310,7 +313,7 @@ def thickness() -> Iterator[Found]:
 def irregularity() -> Iterator[Found]:
     for cells, certain in (("quad", 0.25), ("triangle", 0.5)):
 
-        def holds(move: float, cells=cells) -> str:
+        def holds(move: float, cells: str = cells) -> str:
             said = (by_spectrum(_past_checks(sheet(cells), numerics__irregularity=move, numerics__seed=seed)) for seed in range(3))
             return next(filter(None, said), "")
 
@@ -344,7 +347,11 @@ def speed() -> Iterator[Found]:
         ("a ball through a metal disc", lambda v: struck(v, True), SOUND),
         ("a bullet at a can of water", lambda v: sloshing(v), 1450.0),
     ):
-        high, why = edge(lambda v, scene=scene: by_run(scene(v)), 50.0, 2e4, 0.1)
+
+        def holds(v: float, scene: Callable[[float], Scene] = scene) -> str:
+            return by_run(scene(v))
+
+        high, why = edge(holds, 50.0, 2e4, 0.1)
         yield case, None, high, (None, sound), why
 
 

@@ -15,11 +15,12 @@ from ..couplings import kinds as coupling_kinds
 from ..errors import SceneError
 from ..frame import Frame
 from ..observers.leak import LeakGauge
+from ..pool import Pool, check, restore_all, state_of
 from ..scene import Scene
 from . import watchdog
 from .instead.limit import LimitSearch
 from .instead.modes import ModeSearch
-from .instead.statics import Relaxation
+from .instead.statics import Statics
 from .ledger import balance, summed
 from .step import step
 
@@ -46,13 +47,13 @@ class World:
         self.couplings = [made for kind in coupling_kinds() for made in kind.make(scene, self.groups)]
         self.every = common_schedule(self.groups)
         self.leak = LeakGauge(self.shell, self._only("fluid")) if any(getattr(f.fill, "shell", None) for f in scene.fluids) else None
-        self._probed = [(p, self.shell.probed(p.point)) for p in scene.output.probes]
+        self._probed = [(p, group, group.probed(p.point, p.body)) for p in scene.output.probes for group in [self.group_of(p.body)]]
         for one in (*self.groups, *self.couplings):
             one.start()
         self._fit_dt()
         self._dt_before = 0.0  # v_0 is given at t = 0: the first kick is half a step
         if scene.static is not None:
-            self.relaxation = Relaxation(self, self.shell, scene.static.residual, scene.static.max_steps)
+            self.relaxation = Statics(self, [group for group in self.groups if group.kind == "shell"], scene.static)
         elif scene.modes is not None:
             self.relaxation = ModeSearch(self, self.shell, scene.modes.count)
         elif scene.limit is not None:
@@ -70,6 +71,10 @@ class World:
         if len(found) > 1:
             raise ValueError(f"there are {len(found)} groups of kind '{kind}': say which")
         return found[0] if found else None
+
+    def group_of(self, name: str):
+        """The group of the body of that name."""
+        return next(group for group in self.groups if name in [body.name for body in group.bodies])
 
     @property
     def shell(self):
@@ -187,7 +192,7 @@ class World:
         found = summed(self.groups, self.couplings)
         if self.relaxation is not None:  # nothing moves; the loads do their work from increment to increment
             found.kinetic = 0.0
-            found.external = self.relaxation.work + sum(group.pressed() for group in self.groups)
+            found.external = self.relaxation.work + sum(group.pressed() for group in self.groups if hasattr(group, "pressed"))
         return {"time": self.time - self._dt_before, **balance(found, self.injected)}
 
     def status(self) -> dict[str, int]:
@@ -207,7 +212,7 @@ class World:
 
     def probes(self) -> dict[str, dict[str, float]]:
         """Displacement [m] and velocity [m/s] at the probes of the scene."""
-        return {probe.name: self.shell.probe(i) for probe, i in self._probed}
+        return {probe.name: group.probe(i) for probe, group, i in self._probed}
 
     def tracks(self, look: bool = True) -> dict[str, dict[str, float]]:
         """By the name of its history: what is followed of each rigid body (bodies.rigid.group), and the leak (observers.leak), looked at
@@ -230,26 +235,35 @@ class World:
         return Frame(self.time, self.step, tuple(body for group in self.groups for body in group.frames()))
 
     @property
+    def pools(self) -> list[Pool]:
+        """All that has fields or history."""
+        found = [pool for part in (*self.groups, *self.couplings) for pool in part.pools()]
+        return found if self.relaxation is None else [*found, *self.relaxation.pools()]
+
+    @property
     def _keepers(self) -> list:
-        """All that keeps history."""
-        others = [part for part in (self.leak, self.relaxation) if part is not None]
-        return [*self.groups, *self.couplings, *others]
+        """All that keeps history in its own way, without pools."""
+        others = [self.leak] if self.leak is not None else []
+        return [part for part in (*self.groups, *self.couplings, *others) if hasattr(part, "state")]
 
     # last parts of names in `state`: what may be no finite number, for it has not happened yet
-    unset = frozenset({"rupture_time", "numbers"})
+    unset = frozenset({"rupture_time", "numbers", "measured"})
 
-    def state(self) -> dict[str, np.ndarray]:
-        """All that is history, for a checkpoint."""
+    def _own_state(self) -> dict[str, np.ndarray]:
         return {
             "time": np.array([self.time, self.dt, self._dt_before, self.injected, self.refit]),
             "step": np.array(self.step),
             **{name: value for part in self._keepers for name, value in part.state().items()},
         }
 
+    def state(self) -> dict[str, np.ndarray]:
+        """All that is history, for a checkpoint."""
+        return self._own_state() | state_of(self.pools)
+
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Continue exactly from `state()`."""
-        mine = self.state()
-        for name, value in mine.items():
+        check(self.pools, state)
+        for name, value in self._own_state().items():
             if name not in state:
                 raise SceneError(f"checkpoint: '{name}' is missing; it was written by another version or scene")
             if np.shape(state[name]) != value.shape:
@@ -260,6 +274,7 @@ class World:
         self.time, self.dt, self._dt_before, self.injected = (float(x) for x in state["time"][:4])
         self.refit = bool(state["time"][4])
         self.step = int(state["step"])
+        restore_all(self.pools, state)
         for part in self._keepers:
             part.restore(state)
         if self.leak is not None:

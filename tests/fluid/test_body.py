@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from taichi_sph.bodies.fluid.said import Hole, Wall, Water
+from taichi_sph.pool import restore_all, state_of
 
 from .bodies import SPACING, body, box, by_id, lattice, put, run, unbalanced
 
@@ -84,7 +85,7 @@ def test_one_and_two_threads():
         b = waved(threads)
         run(b, 3e-6, 40)
         assert b.sorts > 2
-        states.append(b.state())
+        states.append(state_of(b.pools()))
     assert all(np.array_equal(states[0][k], states[1][k]) for k in states[0])
 
 
@@ -92,12 +93,12 @@ def test_one_and_two_threads():
 def test_n_and_restart_and_n_is_2n(precision):
     b = waved(precision=precision)
     run(b, 3e-6, 25)
-    half = {k: np.array(v) for k, v in b.state().items()}
+    half = {k: np.array(v) for k, v in state_of(b.pools()).items()}
     run(b, 3e-6, 25, 3e-6)
-    whole, energies = b.state(), b.energies()
+    whole, energies = state_of(b.pools()), b.energies()
     again = waved(precision=precision)
-    again.restore(half)
+    restore_all(again.pools(), half)
     run(again, 3e-6, 25, 3e-6)
-    assert again.sorts > int(half["water.numbers"][3])
-    assert all(np.array_equal(whole[k], v) for k, v in again.state().items())
+    assert again.sorts > int(half["fluid.sums.sorts"])
+    assert all(np.array_equal(whole[k], v) for k, v in state_of(again.pools()).items())
     assert energies == again.energies()

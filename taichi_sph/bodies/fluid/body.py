@@ -19,6 +19,7 @@ from ... import runtime
 from ...couplings.wetted.wetted import Wettable, Wetted
 from ...numerics.neighbours import Neighbours
 from ...numerics.reduce import Reducer
+from ...pool import Pool
 from .motion import drift, stored_energy
 from .packing import even_out
 from .pairs import FluidPairs
@@ -53,8 +54,10 @@ class Constants:
         return self.density * self.sound**2
 
 
-class FluidBody:
+class FluidBody(Pool):
     """A Fluid of the scene at work. `p` the pool (x, v, mass, force, push, id), `near` cells and lists."""
+
+    kept = ("dt", "injected", "fallen_from", "compressed", "sorts")
 
     def __init__(
         self,
@@ -71,20 +74,21 @@ class FluidBody:
         gravity [m/s2]; walls: scene.Wall; skin of the lists in spacings; wettable: the shell and the bodies that its
         pressure acts on."""
         water = fluid.water
-        self.name, self.fluid = fluid.name, fluid
+        super().__init__("fluid.sums")
+        self.fluid = fluid
         self.water = Constants(
             water.density, water.sound, getattr(water.law, "gamma", 0.0), -1e301 if water.tension is None else -water.tension,
             fluid.support, fluid.alpha, fluid.beta, fluid.delta,
         )  # fmt: skip
         self.gravity = np.asarray(gravity, float)
         self.sorts = 0
-        self.p = p = FluidParticles(fluid.name, points, mass, spacing)
+        self.p = p = FluidParticles("fluid", points, mass, spacing)
         self.skin = skin * spacing
         # 1e-3: supports grow by that at s = -0.3 %; of water torn further apart the lists may miss pairs at the very rim,
         # where W' is below 3e-5 of its largest value, on both sides alike
         reach = 2.0 * fluid.support * spacing * (1.0 + 1e-3) + self.skin
-        self.near = Neighbours(fluid.name, p.x, p.n, reach, spacing, np.array([points.min(axis=0), points.max(axis=0)]))
-        self.walls = Walls(fluid.name, walls)
+        self.near = Neighbours("fluid.lists", p.x, p.n, reach, spacing, np.array([points.min(axis=0), points.max(axis=0)]))
+        self.walls = Walls("fluid.walls", walls)
         origin = points.mean(axis=0)
         self.wet = None
         if wettable is not None:
@@ -108,7 +112,7 @@ class FluidBody:
         self.fallen_from, self.dt = self._potential(0.0), 0.0
         self.sort()
         if self.wet is not None:
-            self.wet.renew()
+            self.wet.relist()
             self.pairs.mark()
 
     def compression(self, pressure: np.ndarray) -> np.ndarray:
@@ -195,28 +199,13 @@ class FluidBody:
         x = runtime.get(p.x, p.n) - dt * runtime.get(p.v, p.n)
         return float(p.one * (x @ self.gravity).sum())
 
-    def state(self) -> dict[str, np.ndarray]:
-        """All that is history: lists are made again from the positions that they were made from."""
-        p, near = self.p, self.near
-        return {
-            f"{self.name}.numbers": np.array([self.dt, self.injected, self.fallen_from, self.compressed, self.sorts, near.width]),
-            f"{self.name}.built": runtime.get(near.built, p.n),
-            **{f"{self.name}.{name}": runtime.get(field, p.n) for name, field in p.history.items()},
-            **({} if self.wet is None else self.wet.state()),
-        }
+    def pools(self) -> list[Pool]:
+        """All that is kept, in the order in which a restart renews it: the lists of particles before those of what they wet."""
+        return [self.p, self.near, self.walls, *([] if self.wet is None else [self.wet]), self]
 
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        """Continue exactly from `state()`."""
-        p, near = self.p, self.near
-        self.dt, self.injected, self.fallen_from, self.compressed = (float(x) for x in state[f"{self.name}.numbers"][:4])
-        self.sorts = int(state[f"{self.name}.numbers"][4])
-        runtime.put(p.x, np.asarray(state[f"{self.name}.built"]))
-        near.order()  # the particles stand in this order already: it only counts the cells
-        near.list()
-        for name, field in p.history.items():
-            runtime.put(field, np.asarray(state[f"{self.name}.{name}"]))
+    def renew(self) -> None:
+        """Who is near a surface, once all lists are there."""
         if self.wet is not None:
-            self.wet.restore(state)
             self.pairs.mark()
 
     def frame(self) -> dict[str, np.ndarray]:

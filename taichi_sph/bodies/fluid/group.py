@@ -9,10 +9,12 @@ from ...couplings.wetted.wetted import Wettable
 from ...errors import RunStopped
 from ...frame import NO_CELLS, BodyFrame
 from ...numerics.reduce import fastest
+from ...pool import Pool, restore_all, state_of
 from ...scene.schema import Scene
 from ..body import Entries, Now, Rest, Span
 from .body import FluidBody
 from .fill import fill_fluid
+from .port import FluidSurface
 
 FASTEST = 3.0  # speed of a fluid over that of sound in it
 LOOK = 10  # steps between two looks at the speed of a fluid
@@ -59,6 +61,8 @@ class FluidGroup(Rest):
             self.rigid.times = self.every
 
     def move(self, now: Now) -> None:
+        if not now.due(self):
+            return
         self.body.kick_and_drift(*self._steps(now), self.pushed)
 
     def longest_step(self) -> dict[str, float]:
@@ -86,7 +90,7 @@ class FluidGroup(Rest):
             return
         i, moves = fastest(fluid.p.v, fluid.p.x, fluid.p.n)
         raise RunStopped(
-            f"fluid '{fluid.name}': particle {runtime.get(fluid.p.id, fluid.p.n)[i]} {moves} at t = {now.time:.6g} s,"
+            f"fluid '{self.bodies[0].name}': particle {runtime.get(fluid.p.id, fluid.p.n)[i]} {moves} at t = {now.time:.6g} s,"
             f" beyond {FASTEST:g} times the sound speed {fluid.water.sound:g} m/s; the impact is likely too violent for this law of"
             " state, or sound was slowed too far: raise water.sound or alpha, or lower numerics.time_step_safety"
         )
@@ -96,13 +100,19 @@ class FluidGroup(Rest):
         points = data.pop("points")
         n = len(points)
         data |= {"reference": self.body.start, "diameter": np.full(n, self.body.p.spacing), "outside": self.outside.astype(np.uint8)}
-        return [BodyFrame(self.body.name, points, NO_CELLS, data, {}, kind="fluid")]
+        return [BodyFrame(self.bodies[0].name, points, NO_CELLS, data, {}, kind="fluid")]
+
+    def pools(self) -> list[Pool]:
+        return self.body.pools()
+
+    def surface(self) -> FluidSurface:
+        return FluidSurface(self)
 
     def state(self) -> dict[str, np.ndarray]:
-        return self.body.state()
+        return state_of(self.pools())
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        restore_all(self.pools(), state)
 
     def shapes(self) -> dict[str, tuple[int, ...]]:
         return {name: value.shape for name, value in self.state().items()}
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        self.body.restore(state)

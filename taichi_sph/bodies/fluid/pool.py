@@ -3,6 +3,7 @@
 import numpy as np
 
 from ... import runtime
+from ...pool import Pool
 from ...runtime import ti
 
 # D leaves D_0 by no more than this: beyond, water is a spray and its density no measure of distances
@@ -10,42 +11,37 @@ NARROWEST, WIDEST = 0.90, 1.03
 
 
 @ti.data_oriented
-class FluidParticles:
-    """n particles of one fluid, all of the same spacing D_0 and mass. State: x, v, s, rate, rate_before, missed, work, ahead."""
+class FluidParticles(Pool):
+    """n particles, all of the same spacing D_0 and mass."""
 
     def __init__(self, name: str, x: np.ndarray, mass: float, spacing: float):
         """x (N, 3) [m]; mass of one particle [kg]; spacing D_0 [m]."""
-        self.name, self.n, self.spacing, self.one = name, len(x), spacing, mass
-        n = self.n
-        self.x = runtime.new(f"{name}.x", n, 3, "f64")  # m; f64 always, or a step would be lost in its rounding
-        self.v = runtime.new(f"{name}.v", n, 3)  # m/s, at the half step before
-        self.mass = runtime.new(f"{name}.mass", n)  # kg
-        self.s = runtime.new(f"{name}.s", n)  # rho / rho_0 - 1
-        self.rate = runtime.new(f"{name}.rate", n)  # 1/s, of s, over the step before
-        self.rate_before = runtime.new(f"{name}.rate_before", n)  # 1/s, over the one before that
-        self.missed = runtime.new(f"{name}.missed", n)  # Pa, pressure that the density gives minus the one that acted
-        self.force = runtime.new(f"{name}.force", n, 3)  # N, pressure, viscosity, gravity
-        self.push = runtime.new(f"{name}.push", n, 3)  # N, contact; whoever writes it writes every particle
-        self.id = runtime.new(f"{name}.id", n, dtype="i32")  # number at the start
-        # x y z D | v p: what a neighbour needs, one line of the cache (in f64)
-        self.pair = runtime.new(f"{name}.pair", n, 8)
-        # J so far, per place in the pool and not per particle: only the sums mean something
-        self.viscous = runtime.new(f"{name}.viscous", n, dtype="f64")
-        self.diffused = runtime.new(f"{name}.diffused", n, dtype="f64")
-        self.lag = runtime.new(f"{name}.lag", n, dtype="f64")
-        self.work = runtime.new(f"{name}.work", n, dtype="f64")  # by push and walls, up to time n
-        self.ahead = runtime.new(f"{name}.ahead", n, dtype="f64")  # what they do on the way to n + 1
-        self.kinetic = runtime.new(f"{name}.kinetic", n)  # J, of the last step
-        self.scratch = runtime.new(f"{name}.scratch", n, 16, "f64")
+        super().__init__(name)
+        self.n, self.spacing, self.one = len(x), spacing, mass
+        n, new = self.n, self.field
+        # f64 always, or a step would be lost in its rounding
+        self.x = new("x", n, 3, "f64", unit="m", keeps=True, doc="place")
+        self.v = new("v", n, 3, unit="m/s", keeps=True, doc="velocity at the half step before")
+        self.mass = new("mass", n, unit="kg")
+        self.s = new("s", n, keeps=True, doc="rho / rho_0 - 1")
+        self.rate = new("rate", n, unit="1/s", keeps=True, doc="of s, over the step before")
+        self.rate_before = new("rate_before", n, unit="1/s", keeps=True, doc="of s, over the step before that one")
+        self.missed = new("missed", n, unit="Pa", keeps=True, doc="pressure that the density gives, less the one that acted")
+        self.force = new("force", n, 3, unit="N", doc="pressure, viscosity, gravity")
+        self.push = new("push", n, 3, unit="N", doc="contact; whoever writes it writes every particle")
+        self.id = new("id", n, dtype="i32", keeps=True, doc="number at the start")
+        self.pair = new("pair", n, 8, doc="x y z D | v p: what a neighbour needs, one line of the cache in f64")
+        # energies so far belong to places in the pool, not to particles: only their sums mean something
+        self.viscous = new("viscous", n, dtype="f64", unit="J", keeps=True, doc="taken by viscosity")
+        self.diffused = new("diffused", n, dtype="f64", unit="J", keeps=True, doc="taken by the diffusion of density")
+        self.lag = new("lag", n, dtype="f64", unit="J", keeps=True, doc="taken because pressure acts with an extrapolated density")
+        self.work = new("work", n, dtype="f64", unit="J", keeps=True, doc="done by walls, up to time n")
+        self.ahead = new("ahead", n, dtype="f64", unit="J", keeps=True, doc="what walls do on the way to n + 1")
+        self.kinetic = new("kinetic", n, unit="J", keeps=True, doc="of the last step")
+        self.scratch = new("scratch", n, 16, "f64", doc="while the particles change their order")
         runtime.put(self.x, x)
         runtime.put(self.mass, np.full(n, mass))
         runtime.put(self.id, np.arange(n, dtype=np.int32))
-
-    @property
-    def history(self) -> dict[str, object]:
-        """Every field that a restart needs, by name."""
-        names = ("x", "v", "s", "rate", "rate_before", "missed", "id", "viscous", "diffused", "lag", "work", "ahead", "kinetic")
-        return {name: getattr(self, name) for name in names}
 
     def reorder(self, source) -> None:
         """Move the particles: the one at place k comes from source[k]."""

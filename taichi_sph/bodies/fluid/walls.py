@@ -1,9 +1,12 @@
 """Rigid planes that fluid does not cross. Data only."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from ... import runtime
+from ...pool import Pool
 from ...runtime import ti
+from .said import Wall
 
 RIM = 2.0  # D over which the images around a hole in a wall fade in
 MOST = 6  # walls within reach of one place: a box as narrow as that has six
@@ -11,17 +14,17 @@ NONE = [-1] * MOST
 
 
 @ti.data_oriented
-class Walls:
-    """Point, unit normal towards the fluid, and hole (radius 0: none) of each plane."""
+class Walls(Pool):
+    """Rigid planes, each with its hole if it has one."""
 
-    def __init__(self, name: str, walls):
-        """walls: scene.Wall."""
+    def __init__(self, name: str, walls: Sequence[Wall]):
+        super().__init__(name)
         self.n = len(walls)
         self.holed = any(wall.hole is not None for wall in walls)
-        self.point = runtime.new(f"{name}.wall_point", self.n, 3, "f64")  # m
-        self.normal = runtime.new(f"{name}.wall_normal", self.n, 3, "f64")
-        self.centre = runtime.new(f"{name}.hole_centre", self.n, 3, "f64")  # m
-        self.radius = runtime.new(f"{name}.hole_radius", self.n, dtype="f64")  # m
+        self.point = self.field("point", self.n, 3, "f64", unit="m")
+        self.normal = self.field("normal", self.n, 3, "f64", doc="unit vector towards the fluid")
+        self.centre = self.field("centre", self.n, 3, "f64", unit="m", doc="of the hole")
+        self.radius = self.field("radius", self.n, dtype="f64", unit="m", doc="of the hole; 0: there is none")
         for k, wall in enumerate(walls):
             self.point[k] = wall.point
             self.normal[k] = np.asarray(wall.normal, float) / np.linalg.norm(wall.normal)

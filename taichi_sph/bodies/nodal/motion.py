@@ -27,7 +27,10 @@ def kick_and_drift(nodes: ti.template(), loads: ti.template(), n: ti.i32, dt_bef
                         after[c] = loads.velocity[g][c] * history(half_time, loads.rise[g])
                 push += nodes.mass[i] / kick * (after - free)
         if ti.static(loads.acts):
-            if any(push != 0.0):
+            booked = any(push != 0.0)
+            if ti.static(loads.blows):
+                booked = booked or loads.ahead[i] != 0.0
+            if booked:
                 loads.work[i] += loads.ahead[i] + 0.5 * dt_before * push.dot(before)
                 loads.ahead[i] = 0.5 * dt * push.dot(after)
         nodes.v[i] = after
@@ -65,7 +68,10 @@ def _turn(nodes: ti.template(), loads: ti.template(), i, kick, dt_before, dt, ha
             after = undrilled(loads, g, n, after)
             twist += nodes.inertia[i] / kick * (after - free)
     if ti.static(loads.twists or loads.moves):
-        if any(twist != 0.0):
+        booked = any(twist != 0.0)
+        if ti.static(loads.blows):
+            booked = booked or loads.ahead_spin[i] != 0.0
+        if booked:
             loads.work[i] += loads.ahead_spin[i] + 0.5 * dt_before * twist.dot(before)
             loads.ahead_spin[i] = 0.5 * dt * twist.dot(after)
     theta = dt * after

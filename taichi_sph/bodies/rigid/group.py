@@ -9,9 +9,11 @@ import numpy as np
 from ... import runtime
 from ...errors import RunStopped
 from ...frame import NO_CELLS, BodyFrame
+from ...pool import Pool
 from ...scene.schema import Scene
 from ..body import Entries, Group, Now, Rest, Span
-from .pool import RigidBodies, move, place, rest, spins
+from .pool import RigidBodies, move, rest, spins
+from .port import RigidSurface
 
 
 def groups(scene: Scene, others: Sequence[Group] = ()) -> list[RigidGroup]:
@@ -68,12 +70,11 @@ class RigidGroup(Rest):
 
     def frames(self) -> list[BodyFrame]:
         rigids = self.rigids
-        place(rigids, rigids.n_balls)
-        x, radius = runtime.get(rigids.ball_x, rigids.n_balls), runtime.get(rigids.ball_radius, rigids.n_balls)
+        x, radius = rigids.ball_places(), rigids.ball_radius
         centre, v, omega = runtime.get(rigids.x, rigids.n), runtime.get(rigids.v, rigids.n), spins(rigids)
         frames = []
         for r, name in enumerate(rigids.names):
-            own = rigids.balls_of(r)
+            own = np.flatnonzero(rigids.ball_body == r)
             data = {
                 "reference": rigids.ball_reference[own],
                 "velocity": v[r] + np.cross(omega[r], x[own] - centre[r]),
@@ -94,12 +95,8 @@ class RigidGroup(Rest):
             found[f"rigid_{name}"] = row | {"f_max": float(hardest[r])}
         return found
 
-    def state(self) -> dict[str, np.ndarray]:
-        return {name: runtime.get(field, n) for name, (field, n) in self.rigids.history().items()}
+    def surface(self) -> RigidSurface:
+        return RigidSurface(self)
 
-    def shapes(self) -> dict[str, tuple[int, ...]]:
-        return {name: value.shape for name, value in self.state().items()}
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        for name, (field, _) in self.rigids.history().items():
-            runtime.put(field, np.asarray(state[name]))
+    def pools(self) -> list[Pool]:
+        return [self.rigids]

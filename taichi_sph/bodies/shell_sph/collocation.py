@@ -15,24 +15,31 @@ import numpy as np
 
 from ... import runtime
 from ...geometry.mesh import SurfaceMesh, tangent_frames
+from ...pool import Pool
 from ...runtime import ti
+from .build import Model, bounded_shear, by_cell, by_node, cell_spacing, centred
 from .links import Links
-from .pool import Cells, MaterialPool, Nodes
 from .selective import SelectiveShear, node_shears, shear_at, shear_dead, take_shear
 from .stress import resultants
 
 
 @ti.data_oriented
-class Collocation:
+class Collocation(Pool):
     """The term. `force` overwrites nodes.force (and nodes.couple); `links` are touched by rupture."""
 
     look_every = 25  # steps between two looks at the largest frequency while things break: ruptures raise it by half within tens of steps
 
-    def __init__(self, mesh: SurfaceMesh, nodes: Nodes, cells: Cells, material: MaterialPool, settings):
-        self.nodes, self.cells, self.material = nodes, cells, material
+    def __init__(self, model: Model, suffix: str = ""):
+        name = f"collocation{suffix}"
+        super().__init__(name)
+        mesh, bodies = model.mesh, model.bodies
+        self.bodies = bodies
+        self.nodes, self.cells, self.material = nodes, cells, material = model.nodes, model.cells, model.material
         self.bends = nodes.bends
         local = mesh.node_spacing
-        corner = np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)
+        forms = [body.numerics.formulation for body in bodies]
+        supports, numbers = [form.support for form in forms], np.arange(len(bodies))
+        of_nodes = nodes.body if nodes.several else None
         frames = tangent_frames(mesh.node_normals)
         at_cells = {
             "sources": nodes.X,
@@ -41,65 +48,68 @@ class Collocation:
             "points": np.repeat(mesh.centres[:, None], 2, axis=1),
             "n_points": np.ones(cells.n),
             "frames": mesh.frames,
-            "h": settings.support * local[corner].mean(axis=1),
+            "h": by_cell(bodies, supports) * cell_spacing(mesh),
+            "source_body": of_nodes,
+            "body": by_cell(bodies, numbers),
         }
         at_nodes = {
             "points": np.repeat(mesh.points[:, None], 2, axis=1),
             "n_points": np.ones(nodes.n),
             "frames": frames,
-            "h": settings.support * local,
+            "h": by_node(bodies, supports) * local,
+            "body": by_node(bodies, numbers),
         }
-        self.strains = Links("strains", **at_cells, order=np.ones(cells.n), gradient=True)
+        self.strains = Links(f"{name}.strains", **at_cells, order=np.ones(cells.n), gradient=True)
         self.divergence = Links(
-            "divergence",
+            f"{name}.divergence",
             sources=cells.centre,
             n_sources=cells.n,
             dead_source=cells.broken,
+            source_body=cells.body if nodes.several else None,
             **at_nodes,
             order=np.ones(nodes.n),
             gradient=True,
             values=self.bends,
         )
         self.pairs = Links(
-            "pairs",
+            f"{name}.pairs",
             sources=nodes.X,
             n_sources=nodes.n,
             dead_source=nodes.fragment,
+            source_body=of_nodes,
             **at_nodes,
             order=np.zeros(nodes.n),
         )
         self.links = (self.strains, self.divergence, self.pairs)
-        self.area = runtime.new("nodes.area", nodes.n)  # m2
-        self.n1 = runtime.new("cells.n1", cells.n, nodes.dim)  # N/m
-        self.n2 = runtime.new("cells.n2", cells.n, nodes.dim)
+        self.area = self.field("area", nodes.n, unit="m2", doc="that a node owns")
+        self.n1 = self.field("n1", cells.n, nodes.dim, unit="N/m", doc="n^1 of the cells")
+        self.n2 = self.field("n2", cells.n, nodes.dim, unit="N/m", doc="n^2 of the cells")
         runtime.put(self.area, mesh.node_areas)
         edge = np.zeros(nodes.n, np.int32)
         edge[mesh.edges.nodes[mesh.edges.sides[:, 1] < 0]] = 1
         runtime.put(self.divergence.own, edge)
         if self.bends:
-            self.directors = Links("directors", **at_cells, order=np.full(cells.n, 2))
+            self.directors = Links(f"{name}.directors", **at_cells, order=np.full(cells.n, 2))
             self.links += (self.directors,)
-            self.m1 = runtime.new("cells.m1", cells.n, 3)  # N
-            self.m2 = runtime.new("cells.m2", cells.n, 3)
-            self.q = runtime.new("cells.q", cells.n, 3)  # N/m
-            self.t1 = runtime.new("nodes.t1", nodes.n, 3)  # tangents of the nodes, in the precision of the state
-            self.t2 = runtime.new("nodes.t2", nodes.n, 3)
-            self.root = runtime.new("cells.root", cells.n, 3)  # r11, r12, r22: makes the tangents orthonormal
+            self.m1 = self.field("m1", cells.n, 3, unit="N", doc="m^1 of the cells")
+            self.m2 = self.field("m2", cells.n, 3, unit="N", doc="m^2 of the cells")
+            self.q = self.field("q", cells.n, 3, unit="N/m", doc="q of the cells")
+            self.t1 = self.field("t1", nodes.n, 3, doc="tangent of a node, in the precision of the state")
+            self.t2 = self.field("t2", nodes.n, 3, doc="the other tangent")
+            self.root = self.field("root", cells.n, 3, doc="r11, r12, r22: makes the tangents of a cell orthonormal")
             runtime.put(self.t1, np.ascontiguousarray(frames[:, 0]))
             runtime.put(self.t2, np.ascontiguousarray(frames[:, 1]))
-            e, young, nu = material.thickness[0], material.young[0], material.poisson[0]
-            D = local[corner].mean(axis=1)
-            bounded = 1.0 + settings.shear_bound * (D / e) ** 2
-            runtime.put(cells.shear, 5.0 / 6.0 * young * e / (2.0 * (1.0 + nu)) / bounded)
-        self.selects = self.bends and settings.selective_shear
+            constants = list(zip(*(material.numbers(key) for key in ("thickness", "young", "poisson"))))
+            runtime.put(cells.shear, bounded_shear(bodies, by_cell, constants, cell_spacing(mesh)))
+        self.selects = self.bends and forms[0].selective_shear
         if self.selects:
-            self.shear = SelectiveShear(mesh, nodes, cells, material, at_nodes, self.divergence.own)
+            self.shear = SelectiveShear(model, at_nodes, self.divergence.own, f"selective{suffix}")
             self.links += self.shear.links
         for links in self.links:
             links.renew_all()
         self._reference(mesh)
         if self.selects:
-            self.shear.begin(mesh)
+            self.shear.begin()
 
     def _reference(self, mesh: SurfaceMesh) -> None:
         """Tangents and directors of the reference, by the operator itself: a rigid motion then strains nothing."""
@@ -109,7 +119,7 @@ class Collocation:
             runtime.put(self.cells.a1, np.ascontiguousarray(mesh.frames[:, 0, :dim]))
             runtime.put(self.cells.a2, np.ascontiguousarray(mesh.frames[:, 1, :dim]))
             return
-        raw = self._gradients(mesh.points - mesh.points.mean(axis=0))
+        raw = self._gradients(centred(self.bodies))
         values, vectors = np.linalg.eigh(np.einsum("mai,mbi->mab", raw, raw))
         root = np.einsum("mak,mk,mbk->mab", vectors, values**-0.5, vectors)
         tangents = np.einsum("mab,mbi->mai", root, raw)
@@ -158,12 +168,9 @@ class Collocation:
         """Nothing beside the cells yields."""
         return 0.0
 
-    def state(self) -> dict[str, np.ndarray]:
-        return {name: value for links in self.links for name, value in links.state().items()}
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        for links in self.links:
-            links.restore(state)
+    def pools(self) -> tuple[Pool, ...]:
+        """All that has fields."""
+        return (*self.links, self, *((self.shear,) if self.selects else ()))
 
 
 @ti.func

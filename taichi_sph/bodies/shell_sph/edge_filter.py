@@ -6,41 +6,35 @@ The thesis takes a share eta = 1 % of the difference in every step of 0.15 D/c; 
 what it takes per unit of time does not depend on the step. Only the nodes of broken cells are filtered.
 """
 
-from ... import runtime
+from collections.abc import Sequence
+
 from ...runtime import ti
+from ..nodal.nodes import Nodes, body_of
+from .damper import Damper
 from .links import Links
-from .pool import Cells, Nodes
+from .pool import Cells
 
 THESIS_STEP = 0.15  # D/c, the step to which eta belongs (T 2.4: cstab 0.15)
 
 
 @ti.data_oriented
-class EdgeFilter:
-    """The term; `entry` is its line in the ledger."""
+class EdgeFilter(Damper):
+    """The term."""
 
     entry = "filter"
 
-    def __init__(self, nodes: Nodes, cells: Cells, pairs: Links, rate: float):
-        self.nodes, self.cells, self.pairs, self.rate = nodes, cells, pairs, rate
-        self.work = runtime.new("filter.work", nodes.n)  # J, taken so far
+    def __init__(self, nodes: Nodes, cells: Cells, pairs: Links, rates: Sequence[float], name: str = "filter"):
+        super().__init__(name, nodes)
+        self.cells, self.pairs = cells, pairs
+        self.rate = self.number("rate", rates, unit="1/s", doc="omega")
 
     def add(self, dt: float) -> None:
         """Add the forces; book what they take over dt."""
-        _add(self, self.nodes.n, dt, self.rate)
-
-    def taken(self, reducer) -> float:
-        """Energy taken so far [J]."""
-        return reducer.total(self.work, self.nodes.n)
-
-    def state(self):
-        return {"filter.work": runtime.get(self.work, self.nodes.n)}
-
-    def restore(self, state) -> None:
-        runtime.put(self.work, state["filter.work"])
+        _add(self, self.nodes.n, dt)
 
 
 @ti.kernel
-def _add(term: ti.template(), n: ti.i32, dt: float, rate: float):
+def _add(term: ti.template(), n: ti.i32, dt: float):
     for i in range(n):
         on_edge = 0
         for m in range(term.cells.start_of_node[i], term.cells.start_of_node[i + 1]):
@@ -50,6 +44,6 @@ def _add(term: ti.template(), n: ti.i32, dt: float, rate: float):
             rest = v
             for k in range(term.pairs.start[i], term.pairs.start[i + 1]):
                 rest -= term.pairs.coef[k] * term.nodes.v[term.pairs.source[k]]
-            force = -term.nodes.mass[i] * rate * rest
+            force = -term.nodes.mass[i] * term.rate[body_of(term.nodes, i)] * rest
             term.nodes.force[i] += force
             term.work[i] -= dt * force.dot(v)

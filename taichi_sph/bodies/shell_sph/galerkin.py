@@ -35,10 +35,11 @@ import numpy as np
 
 from ... import runtime
 from ...geometry.mesh import SurfaceMesh, tangent_frames
+from ...pool import Pool
 from ...runtime import ti
+from .build import Model, bounded_shear, by_cell, by_node, cell_spacing
 from .galerkin_reference import references, references_touched, shares, sides, turns, turns_touched
 from .links import Links
-from .pool import Cells, MaterialPool, Nodes
 from .stress import resultants
 
 GAUSS = 0.5 / np.sqrt(3.0)
@@ -46,13 +47,16 @@ LOOK, STEP, JUMP = 0, 1, 2  # why residuals are evaluated: to see the forces, to
 
 
 @ti.data_oriented
-class Galerkin:
+class Galerkin(Pool):
     """The term. `force` overwrites nodes.force (and nodes.couple); `links` are touched by rupture."""
 
     look_every = 100  # steps between two looks at the largest frequency while things break: ruptures barely raise it
 
-    def __init__(self, mesh: SurfaceMesh, nodes: Nodes, cells: Cells, material: MaterialPool, settings):
-        self.nodes, self.cells, self.material = nodes, cells, material
+    def __init__(self, model: Model, suffix: str = ""):
+        name = f"galerkin{suffix}"
+        super().__init__(name)
+        mesh, bodies = model.mesh, model.bodies
+        self.nodes, self.cells, self.material = nodes, cells, material = model.nodes, model.cells, model.material
         self.bends = nodes.bends
         edges = mesh.edges
         self.n_edges = len(edges.nodes)
@@ -63,58 +67,61 @@ class Galerkin:
         n = nodes.n
         local = mesh.node_spacing
         spacing = np.concatenate([0.5 * (local[edges.nodes[:, 0]] + local[edges.nodes[:, 1]]), local])
+        forms = [body.numerics.formulation for body in bodies]
+        support = by_node(bodies, [form.support for form in forms])
+        body_of_row = by_node(bodies, np.arange(len(bodies)))
+        first_ends = edges.nodes[:, 0]
         self.rows = Links(
-            "galerkin",
+            f"{name}.rows",
             sources=nodes.X,
             n_sources=n,
             dead_source=nodes.fragment,
             points=points,
             n_points=np.r_[np.full(self.n_edges, 2), np.full(n, 1)],
             frames=tangent_frames(normals / np.linalg.norm(normals, axis=1)[:, None]),
-            h=settings.support * spacing,
+            h=np.concatenate([support[first_ends], support]) * spacing,
             order=np.full(self.n_edges + n, 2),
             residual_of=np.r_[np.full(self.n_edges, -1), np.arange(n)],
             transposed=True,
+            source_body=nodes.body if nodes.several else None,
+            body=np.concatenate([body_of_row[first_ends], body_of_row]),
         )
         self.links = (self.rows,)
-        self.edge_u = runtime.new("edges.u", self.n_edges, nodes.dim)  # m, mean displacement
-        self.row_force = runtime.new("galerkin.row_force", self.n_edges + n, nodes.dim)  # N
-        self.side_force = runtime.new("cells.side_force", 4 * cells.n, nodes.dim)  # N
-        self.side = runtime.new("cells.side", 4 * cells.n, 2)  # 1/m, g: gradient coefficients of the sides
-        self.stiffness = runtime.new("galerkin.k", n)  # N/m, k_t of sound material
-        self.integrity = runtime.new("galerkin.integrity", n)  # 1 - D_r around the node
-        self.residual = runtime.new("galerkin.residual", n)  # J, energy of the residuals
-        self.residual_lost = runtime.new("galerkin.residual_lost", n)  # J, taken from it by damage
-        e, young, nu = material.thickness[0], material.young[0], material.poisson[0]
-        membrane = young * e / (1.0 - nu**2)
-        scale = settings.stabilisation * mesh.node_areas / local**2
+        self.edge_u = self.field("edge_u", self.n_edges, nodes.dim, unit="m", doc="mean displacement of an edge")
+        self.row_force = self.field("row_force", self.n_edges + n, nodes.dim, unit="N", doc="force of an edge, or of a residual")
+        self.side_force = self.field("side_force", 4 * cells.n, nodes.dim, unit="N", doc="what a cell pulls its sides with")
+        self.side = self.field("side", 4 * cells.n, 2, unit="1/m", doc="g: gradient coefficients of the sides")
+        self.stiffness = self.field("stiffness", n, unit="N/m", doc="k_t of sound material")
+        self.integrity = self.field("integrity", n, doc="1 - D_r around the node", keeps=True)
+        self.residual = self.field("residual", n, unit="J", doc="energy of the residuals", keeps=True)
+        self.residual_lost = self.field("residual_lost", n, unit="J", doc="taken from the residuals by damage", keeps=True)
+        constants = list(zip(*(material.numbers(key) for key in ("thickness", "young", "poisson"))))
+        membrane = by_node(bodies, [young * e / (1.0 - nu**2) for e, young, nu in constants])
+        scale = by_node(bodies, [form.stabilisation for form in forms]) * mesh.node_areas / local**2
         runtime.put(self.stiffness, membrane * scale)
         runtime.put(self.integrity, np.ones(n))
         if material.yields:
-            # sqrt(J) for u and for d: q now, and the slip rho
-            self.slip = runtime.new("galerkin.slip", n, 4)
-            self.slipped = runtime.new("galerkin.slipped", n, dtype="f64")  # J, taken from the residuals by slip
-            self.reach = runtime.new("galerkin.reach", n)  # sqrt(J)/Pa, q_y over sigma_y
-            runtime.put(self.reach, np.sqrt(membrane * scale) * local * (1.0 - nu**2) / young)
+            self.slip = self.field("slip", n, 4, doc="sqrt(J) for u and for d: q now, and the slip rho", keeps=True)
+            self.slipped = self.field("slipped", n, dtype="f64", unit="J", doc="taken from the residuals by slip", keeps=True)
+            self.reach = self.field("reach", n, doc="sqrt(J)/Pa, q_y over sigma_y")
+            across = by_node(bodies, [1.0 - nu**2 for _, _, nu in constants])
+            runtime.put(self.reach, np.sqrt(membrane * scale) * local * across / by_node(bodies, [young for _, young, _ in constants]))
         if self.bends:
-            self.edge_d = runtime.new("edges.d", self.n_edges, 3)  # mean director change
-            self.row_couple = runtime.new("galerkin.row_couple", self.n_edges + n, 3)  # N m
-            self.side_couple = runtime.new("cells.side_couple", 4 * cells.n, 3)  # N m
-            self.share = runtime.new("cells.share", 4 * cells.n)  # w: weights of the sides in the cell's mean
-            self.own_couple = runtime.new("galerkin.own_couple", n, 3)  # N m, of a residual on its own director
-            self.stiffness_n = runtime.new("galerkin.k_n", n)  # N/m
-            self.stiffness_d = runtime.new("galerkin.k_d", n)  # N m
-            self.left = runtime.new("galerkin.left", n)  # m, c_i: what the fit leaves of the surface
-            self.left_d = runtime.new("galerkin.left_d", n)  # the same of the field of directors
-            self.across = runtime.new("galerkin.across", n, dtype="f64")  # |t_i|
-            self.side0 = runtime.new("cells.side0", 4 * cells.n, 2)  # 1/m, g before it is made orthonormal
-            self.area0 = runtime.new("cells.area0", cells.n)  # m2, the same
-            kGe = 5.0 / 6.0 * young * e / (2.0 * (1.0 + nu))
-            bound = settings.shear_bound
-            corner = np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)
-            runtime.put(cells.shear, kGe / (1.0 + bound * (local[corner].mean(axis=1) / e) ** 2))
-            runtime.put(self.stiffness_n, scale * kGe / (1.0 + bound * (local / e) ** 2))
-            runtime.put(self.stiffness_d, scale * membrane * e**2 / 12.0)
+            self.edge_d = self.field("edge_d", self.n_edges, 3, doc="mean director change of an edge")
+            self.row_couple = self.field("row_couple", self.n_edges + n, 3, unit="N m", doc="as row_force, on directors")
+            self.side_couple = self.field("side_couple", 4 * cells.n, 3, unit="N m", doc="as side_force, on directors")
+            self.share = self.field("share", 4 * cells.n, doc="w: weights of the sides in the cell's mean")
+            self.own_couple = self.field("own_couple", n, 3, unit="N m", doc="of a residual on its own director")
+            self.stiffness_n = self.field("stiffness_n", n, unit="N/m", doc="k_n of sound material")
+            self.stiffness_d = self.field("stiffness_d", n, unit="N m", doc="that of directors")
+            self.left = self.field("left", n, unit="m", doc="c_i: what the fit leaves of the surface")
+            self.left_d = self.field("left_d", n, doc="the same of the field of directors")
+            self.across = self.field("across", n, dtype="f64", doc="|t_i|")
+            self.side0 = self.field("side0", 4 * cells.n, 2, unit="1/m", doc="g before it is made orthonormal")
+            self.area0 = self.field("area0", cells.n, unit="m2", doc="area before the tangents are made orthonormal")
+            runtime.put(cells.shear, bounded_shear(bodies, by_cell, constants, cell_spacing(mesh)))
+            runtime.put(self.stiffness_n, bounded_shear(bodies, by_node, constants, local, scale))
+            runtime.put(self.stiffness_d, scale * membrane * by_node(bodies, [e**2 for e, _, _ in constants]) / 12.0)
         self.rows.renew_all()
         self._reference(mesh)
 
@@ -136,8 +143,8 @@ class Galerkin:
         rounding = 1e-10 if runtime.current().real == ti.f64 else 1e-5
         if runtime.get(self.across, self.nodes.n).max() > rounding:
             self.turns = True
-            self.turn = runtime.new("galerkin.turn", self.rows.pairs)  # 1/m, b_ij
-            self.t_turn = runtime.new("galerkin.t_turn", self.rows.pairs)
+            self.turn = self.field("turn", self.rows.pairs, unit="1/m", doc="b_ij")
+            self.t_turn = self.field("t_turn", self.rows.pairs, unit="1/m", doc="b_ij of the transposed pairs")
             turns(self, self.n_edges, self.nodes.n)
 
     def strain(self, dt: float, intact: int = 0) -> None:
@@ -176,27 +183,12 @@ class Galerkin:
         """What plastic flow took from the residuals [J]."""
         return reducer.total(self.slipped, self.nodes.n) if self.material.yields else 0.0
 
-    def state(self) -> dict[str, np.ndarray]:
-        n = self.nodes.n
-        slip = {}
-        if self.material.yields:
-            slip = {"galerkin.slip": runtime.get(self.slip, n), "galerkin.slipped": runtime.get(self.slipped, n)}
-        return {
-            **slip,
-            "galerkin.integrity": runtime.get(self.integrity, n),
-            "galerkin.residual": runtime.get(self.residual, n),
-            "galerkin.residual_lost": runtime.get(self.residual_lost, n),
-            **self.rows.state(),
-        }
+    def pools(self) -> tuple[Pool, ...]:
+        """All that has fields, rows first: the reference follows from them."""
+        return (self.rows, self)
 
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        runtime.put(self.integrity, state["galerkin.integrity"])
-        runtime.put(self.residual, state["galerkin.residual"])
-        runtime.put(self.residual_lost, state["galerkin.residual_lost"])
-        if self.material.yields:
-            runtime.put(self.slip, state["galerkin.slip"])
-            runtime.put(self.slipped, state["galerkin.slipped"])
-        self.rows.restore(state)
+    def renew(self) -> None:
+        """The reference follows from the rows."""
         if self.bends:
             references(self, self.n_edges, self.cells.n, self.nodes.n)
             if self.turns:

@@ -1,7 +1,7 @@
 """Frozen neighbourhoods with MLS coefficients: rows (where something is evaluated) x sources (what is summed).
 
 A row is evaluated at one or two points of the reference surface (two: the Gauss points of an edge, whose
-mean is kept). Its coefficients are
+mean is kept) and sums sources of its own body alone. Its coefficients are
 
     "value"     mean of Phi_j                        edge means of the galerkin form
     "residual"  delta_ij - Phi_j at node i           what stabilises it
@@ -19,11 +19,12 @@ from ...numerics import mls
 from ...numerics.cells import CellGrid, bucket, cube
 from ...numerics.kernel import b3, b3_slope
 from ...numerics.visibility import along, crosses
+from ...pool import Pool
 from ...runtime import ti
 
 
 @ti.data_oriented
-class Links:
+class Links(Pool):
     """CSR neighbourhoods. Public fields: start (R+1), source (P), coef (P) or (P, 2 or 3), alive (R)
     and, where `transposed`, t_start (S+1), t_row (P), t_coef (P)."""
 
@@ -44,8 +45,10 @@ class Links:
         values: bool = False,
         weight=None,  # field (S,): factor on the kernel weight of each source; None: 1
         transposed: bool = False,
+        source_body=None,  # field (S,) i32: number of the body of a source; None: there is one body
+        body: np.ndarray | None = None,  # (R,) that of a row
     ):
-        self.name = name
+        super().__init__(name)
         self.n = len(points)
         self.n_sources = n_sources
         self.sources = sources
@@ -54,42 +57,46 @@ class Links:
         self.weighs = weight is not None
         self.weight = weight
         self.transposed = transposed
+        self.several = source_body is not None
+        self.source_body = source_body
+        if self.several:
+            self.body = self._ints("body", body, "number of the body of the row")
         n = self.n
-        self.at = runtime.new(f"{name}.at", 2 * n, 3, "f64")
+        self.at = self.field("at", 2 * n, 3, "f64", unit="m", doc="evaluation points, two a row")
         runtime.put(self.at, np.ascontiguousarray(points.reshape(-1, 3)))
-        self.t1 = runtime.new(f"{name}.t1", n, 3, "f64")
-        self.t2 = runtime.new(f"{name}.t2", n, 3, "f64")
+        self.t1 = self.field("t1", n, 3, "f64", doc="tangent frame of the row")
+        self.t2 = self.field("t2", n, 3, "f64", doc="tangent frame of the row")
         runtime.put(self.t1, np.ascontiguousarray(frames[:, 0]))
         runtime.put(self.t2, np.ascontiguousarray(frames[:, 1]))
-        self.h = runtime.new(f"{name}.h", n, dtype="f64")
+        self.h = self.field("h", n, dtype="f64", unit="m", doc="smoothing length")
         runtime.put(self.h, h.astype(np.float64))
-        self.n_points = self._ints("n_points", n_points)
-        self.order = self._ints("order", order)
-        self.residual_of = self._ints("residual_of", np.full(n, -1) if residual_of is None else residual_of)
-        self.own = self._ints("own", np.zeros(n))  # 1: the row's own place joins its moment matrix (T 2.2.3.2)
-        self.alive = self._ints("alive", np.ones(n))
-        self.touched = runtime.new(f"{name}.touched", n, dtype="i32")
-        self.n_touched = runtime.new(f"{name}.n_touched", 1, dtype="i32")
-        self.start = runtime.new(f"{name}.start", n + 1, dtype="i32")
+        self.n_points = self._ints("n_points", n_points, "evaluation points, 1 or 2")
+        self.order = self._ints("order", order, "of the fit")
+        self.residual_of = self._ints("residual_of", np.full(n, -1) if residual_of is None else residual_of, "source, or -1")
+        self.own = self._ints("own", np.zeros(n), "1: the row's own place joins its moment matrix (T 2.2.3.2)", keeps=True)
+        self.alive = self._ints("alive", np.ones(n), "0: the row sees nothing any more")
+        self.touched = self.field("touched", n, dtype="i32", doc="rows that the last rupture touched")
+        self.n_touched = self.field("n_touched", 1, dtype="i32", doc="how many they are")
+        self.start = self.field("start", n + 1, dtype="i32", doc="where the pairs of a row begin")
 
         reach = 2.0 * float(h.max()) + 0.5 * float(np.linalg.norm(points[:, 1] - points[:, 0], axis=1).max(initial=0))
         grid = CellGrid(f"{name}.grid", sources, n_sources, reach * (1 + 1e-9))
         pairs = int(_count(self, grid, n, grid.table, 1.0 / grid.reach))
         self.pairs = pairs
-        self.source = runtime.new(f"{name}.source", pairs, dtype="i32")
-        self.cut = runtime.new(f"{name}.cut", pairs, dtype="i8")
-        self.coef = runtime.new(f"{name}.coef", pairs, (3 if values else 2) if gradient else 0)
+        self.source = self.field("source", pairs, dtype="i32", doc="source of a pair")
+        self.cut = self.field("cut", pairs, dtype="i8", doc="bit g: a crack hides the source from evaluation point g", keeps=True)
+        self.coef = self.field("coef", pairs, (3 if values else 2) if gradient else 0, doc="coefficients of a pair")
         if transposed:
-            self.t_start = runtime.new(f"{name}.t_start", n_sources + 1, dtype="i32")
-            self.t_row = runtime.new(f"{name}.t_row", pairs, dtype="i32")
-            self.t_coef = runtime.new(f"{name}.t_coef", pairs)
-            self.slot = runtime.new(f"{name}.slot", pairs, dtype="i32")
+            self.t_start = self.field("t_start", n_sources + 1, dtype="i32", doc="where the rows of a source begin")
+            self.t_row = self.field("t_row", pairs, dtype="i32", doc="row of a transposed pair")
+            self.t_coef = self.field("t_coef", pairs, doc="coefficient of a transposed pair")
+            self.slot = self.field("slot", pairs, dtype="i32", doc="place of a pair among the transposed ones")
         _fill(self, grid, n, grid.table, 1.0 / grid.reach)
         if transposed:
             _transpose(self, n, n_sources)
 
-    def _ints(self, name: str, values: np.ndarray):
-        field = runtime.new(f"{self.name}.{name}", len(values), dtype="i32")
+    def _ints(self, name: str, values: np.ndarray, doc: str, keeps: bool = False):
+        field = self.field(name, len(values), dtype="i32", doc=doc, keeps=keeps)
         runtime.put(field, np.asarray(values, np.int32))
         return field
 
@@ -116,28 +123,22 @@ class Links:
         start, source = runtime.get(self.start, self.n + 1), runtime.get(self.source, self.pairs)
         return scipy.sparse.csr_matrix((coef, source, start), (self.n, self.n_sources)) @ of_source
 
-    def state(self) -> dict[str, np.ndarray]:
-        """History: which links are cut, and which rows see themselves."""
-        return {
-            f"{self.name}.cut": runtime.get(self.cut, self.pairs),
-            f"{self.name}.own": runtime.get(self.own, self.n),
-        }
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        """Cut the same links again; the coefficients follow from them."""
-        runtime.put(self.cut, state[f"{self.name}.cut"])
-        runtime.put(self.own, state[f"{self.name}.own"])
+    def renew(self) -> None:
+        """The coefficients follow from what is cut."""
         self.renew_all()
 
 
 @ti.func
 def _near(links: ti.template(), r, j):
-    """1 when source j lies in the support of one of the evaluation points of row r."""
+    """1 when source j is of the body of row r and lies in the support of one of its evaluation points."""
     reach = 2.0 * links.h[r]
     result = 0
     for g in range(links.n_points[r]):
         if (links.sources[j] - links.at[2 * r + g]).norm() < reach:
             result = 1
+    if ti.static(links.several):
+        if links.source_body[j] != links.body[r]:
+            result = 0
     return result
 
 
@@ -360,7 +361,11 @@ def _cut(links: ti.template(), cells: ti.template(), n: ti.i32, new_cells: ti.te
             s = new_cells[m]
             middle = 0.5 * (links.at[2 * r] + links.at[2 * r + 1])
             reach = 2.0 * links.h[r] + cells.radius[s] + 0.5 * (links.at[2 * r] - links.at[2 * r + 1]).norm()
-            if (middle - cells.centre[s]).norm() < 1.001 * reach:
+            mine = 1
+            if ti.static(links.several):
+                if cells.body[s] != links.body[r]:
+                    mine = 0
+            if mine == 1 and (middle - cells.centre[s]).norm() < 1.001 * reach:
                 for k in range(links.start[r], links.start[r + 1]):
                     before = links.cut[k]
                     if links.dead_source[links.source[k]] == 1:

@@ -5,90 +5,86 @@
 and a flat scene allocates and compiles nothing of bending.
 """
 
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from ... import runtime
 from ...errors import SceneError
 from ...geometry.mesh import SurfaceMesh
+from ...laws.necking import rupture_strain
+from ...pool import Pool
 from ...runtime import ti
-from ...scene.necking import rupture_strain
+from ...scene.materials import Material
+from ..nodal.nodes import Nodes
 
 
 @ti.data_oriented
-class Nodes:
-    """Shell nodes: mass and motion. State: u, v (half step), d, omega (half step); constant: the rest."""
-
-    def __init__(self, mesh: SurfaceMesh, mass: np.ndarray, inertia: np.ndarray | None = None):
-        """mass (N,) [kg]; inertia (N,) [kg m2] of the director, None for a shell that stays in its plane."""
-        self.n = n = len(mesh.points)
-        self.bends = inertia is not None
-        self.dim = dim = 3 if self.bends else 2
-        self.X = runtime.new("nodes.X", n, 3, "f64")  # m, reference position
-        self.mass = runtime.new("nodes.mass", n)  # kg
-        self.u = runtime.new("nodes.u", n, dim)  # m, displacement
-        self.v = runtime.new("nodes.v", n, dim)  # m/s, velocity at the half step before (T 2.31)
-        self.force = runtime.new("nodes.force", n, dim)  # N, sum of the terms
-        self.kinetic = runtime.new("nodes.kinetic", n)  # J, of the last step
-        self.fragment = runtime.new("nodes.fragment", n, dtype="i32")  # 1: no live cell around it
-        self.fixed = runtime.new("nodes.fixed", n, dtype="i32")  # prescribed motion + 1, 0 = free
-        runtime.put(self.X, mesh.points)
-        runtime.put(self.mass, mass)
-        if self.bends:
-            self.N = runtime.new("nodes.N", n, 3)  # reference director, unit
-            self.d = runtime.new("nodes.d", n, 3)  # director now minus N
-            self.omega = runtime.new("nodes.omega", n, 3)  # rad/s, across the director, at the half step before
-            self.couple = runtime.new("nodes.couple", n, 3)  # N m, force on the director
-            self.inertia = runtime.new("nodes.inertia", n)  # kg m2
-            runtime.put(self.N, mesh.node_normals)
-            runtime.put(self.inertia, inertia)
-
-
-@ti.data_oriented
-class Cells:
-    """Stress points, one per cell: geometry (constant), damage and energy (state).
+class Cells(Pool):
+    """Stress points, one per cell: geometry (constant), damage and energy (history).
 
     Tangents, area and director of the reference are filled by the formulation, from its own operator: then a
     rigid motion strains nothing, to rounding.
     """
 
-    def __init__(self, mesh: SurfaceMesh, nodes: Nodes, material: "MaterialPool", sound: np.ndarray | None = None):
-        """sound (M,) bool: cells that are never damaged; None where there is none."""
+    def __init__(
+        self,
+        mesh: SurfaceMesh,
+        nodes: Nodes,
+        material: "MaterialPool",
+        sound: np.ndarray | None = None,
+        body: np.ndarray | None = None,
+        name: str = "cells",
+    ):
+        """sound (M,) bool: cells that are never damaged; None where there is none. body (M,): number of the body; None where there
+        is one."""
+        super().__init__(name)
         self.n = n = len(mesh.cells)
+        self.several = nodes.several
+        body = np.zeros(n, np.int32) if body is None else body.astype(np.int32)
+        self.body = self.field("body", n, dtype="i32", doc="number of its body in the group")
+        runtime.put(self.body, body)
         self.nodes_X = nodes.X
-        self.n_corners = runtime.new("cells.n_corners", n, dtype="i32")
-        self.corner = runtime.new("cells.corner", n, 4, "i32")  # node numbers, -1 where there is none
-        self.edge = runtime.new("cells.edge", n, 4, "i32")  # edge numbers, -1 where there is none
-        self.sides = runtime.new("edges.sides", len(mesh.edges.nodes), 2, "i32")  # 4 * cell + side, -1
-        self.centre = runtime.new("cells.centre", n, 3, "f64")  # m, reference
-        self.t1 = runtime.new("cells.t1", n, 3, "f64")  # tangent frame, reference
-        self.t2 = runtime.new("cells.t2", n, 3, "f64")
-        self.history: dict[str, tuple] = {}  # fields of the history of a metal, with their lengths
-        self.radius = runtime.new("cells.radius", n, dtype="f64")  # m, farthest corner from the centre
-        self.area = runtime.new("cells.area", n)  # m2
-        self.a1 = runtime.new("cells.a1", n, nodes.dim)  # X_,1 and X_,2 of the reference, orthonormal
-        self.a2 = runtime.new("cells.a2", n, nodes.dim)
-        self.broken = runtime.new("cells.broken", n, dtype="i32")
-        self.rupture_time = runtime.new("cells.rupture_time", n, dtype="f64")  # s
-        self.damage = runtime.new("cells.damage", n)  # D, as the law alone would have it
-        self.delayed = runtime.new("cells.delayed", n)  # D_r <= D, what the stress feels (T 2.73)
-        # E11, E22, 2 E12 (kappa11, kappa22, 2 kappa12, gamma1, gamma2) in the frame of the cell
-        self.strain = runtime.new("cells.strain", n, 8 if nodes.bends else 3)
+        self.n_corners = self.field("n_corners", n, dtype="i32", doc="number of corners, 3 or 4")
+        self.corner = self.field("corner", n, 4, "i32", doc="node numbers, -1 where there is none")
+        self.edge = self.field("edge", n, 4, "i32", doc="edge numbers, -1 where there is none")
+        self.sides = self.field("sides", len(mesh.edges.nodes), 2, "i32", doc="of an edge: 4 * cell + side, -1 where there is none")
+        self.centre = self.field("centre", n, 3, "f64", unit="m", doc="mean of the corners, reference")
+        self.t1 = self.field("t1", n, 3, "f64", doc="tangent frame, reference")
+        self.t2 = self.field("t2", n, 3, "f64", doc="tangent frame, reference")
+        self.radius = self.field("radius", n, dtype="f64", unit="m", doc="farthest corner from the centre")
+        self.area = self.field("area", n, unit="m2", doc="reference area")
+        self.a1 = self.field("a1", n, nodes.dim, doc="X_,1 of the reference; a1 and a2 are orthonormal")
+        self.a2 = self.field("a2", n, nodes.dim, doc="X_,2 of the reference")
+        self.broken = self.field("broken", n, dtype="i32", doc="1: carries nothing any more", keeps=True, shown="broken")
+        self.rupture_time = self.field("rupture_time", n, dtype="f64", unit="s", doc="nan while sound", keeps=True, shown="rupture_time")
+        self.damage = self.field("damage", n, doc="D, as the law alone would have it", keeps=True)
+        self.delayed = self.field("delayed", n, doc="D_r <= D, what the stress feels (T 2.73)", keeps=True, shown="damage")
+        self.strain = self.field(
+            "strain",
+            n,
+            8 if nodes.bends else 3,
+            doc="E11, E22, 2 E12 (kappa11, kappa22, 2 kappa12 [1/m], gamma1, gamma2) in the frame of the cell",
+            keeps=True,
+            shown="strain",
+        )
         if nodes.bends:
-            self.director = runtime.new("cells.director", n, 3)  # mean of N over the cell
-            self.director_1 = runtime.new("cells.director_1", n, 3)  # 1/m, N_,1 and N_,2
-            self.director_2 = runtime.new("cells.director_2", n, 3)
-            self.shear = runtime.new("cells.shear", n)  # N/m, G_s: transverse shear stiffness
-        self.lost = runtime.new("cells.lost", n, dtype="f64")  # J, taken by damage so far: a sum of many small parts
+            self.director = self.field("director", n, 3, doc="mean of N over the cell")
+            self.director_1 = self.field("director_1", n, 3, unit="1/m", doc="N_,1")
+            self.director_2 = self.field("director_2", n, 3, unit="1/m", doc="N_,2")
+            self.shear = self.field("shear", n, unit="N/m", doc="G_s: transverse shear stiffness")
+        self.lost = self.field("lost", n, dtype="f64", unit="J", doc="taken by damage so far: a sum of many small parts", keeps=True)
         self.spares = sound is not None
         if self.spares:
-            self.sound = runtime.new("cells.sound", n, dtype="i32")  # 1: never damaged
+            self.sound = self.field("sound", n, dtype="i32", doc="1: never damaged")
             runtime.put(self.sound, sound.astype(np.int32))
         if material.yields:
-            self._metal(material, nodes.bends)
-        self.new = runtime.new("cells.new", n, dtype="i32")  # cells that break in this step
-        self.n_new = runtime.new("cells.n_new", 1, dtype="i32")
-        self.start_of_node = runtime.new("nodes.cell_start", nodes.n + 1, dtype="i32")
-        self.of_node = runtime.new("nodes.cell", int(mesh.corners.sum()), dtype="i32")
+            self._metal(material, nodes.bends, body)
+        self.new = self.field("new", n, dtype="i32", doc="cells that break in this step")
+        self.n_new = self.field("n_new", 1, dtype="i32", doc="how many they are")
+        self.start_of_node = self.field("start_of_node", nodes.n + 1, dtype="i32", doc="where the cells of a node begin in of_node")
+        self.of_node = self.field("of_node", int(mesh.corners.sum()), dtype="i32", doc="cells around each node")
 
         runtime.put(self.n_corners, mesh.corners)
         runtime.put(self.corner, mesh.cells.astype(np.int32))
@@ -107,38 +103,33 @@ class Cells:
         runtime.put(self.of_node, cell[order].astype(np.int32))
         runtime.put(self.start_of_node, np.r_[0, np.cumsum(np.bincount(node, minlength=nodes.n))].astype(np.int32))
 
-    def _metal(self, material: "MaterialPool", bends: bool) -> None:
+    def _metal(self, material: "MaterialPool", bends: bool, body: np.ndarray) -> None:
         """History of a metal (bodies/shell_sph/metal.py); of a bent shell in layers, at every layer as well."""
+        first = material.first[body]
         n = self.n
-        self.stress = runtime.new("cells.stress", n, 8 if bends else 3)  # Pa, m, b, s: effective, or summed over layers
-        self.plastic = runtime.new("cells.plastic", n)  # p, cumulated plastic strain
-        self.flow = runtime.new("cells.flow", n)  # Pa, yield stress now, at rates that do not count
-        self.dissipated = runtime.new("cells.dissipated", n, dtype="f64")  # J, taken by plastic flow so far
-        runtime.put(self.flow, np.full(n, material.first))
-        names = ["stress", "plastic", "flow", "dissipated"]
+        size = 8 if bends else 3
+        self.stress = self.field("stress", n, size, unit="Pa", doc="m, b, s: effective, or summed over layers", keeps=True)
+        self.plastic = self.field("plastic", n, doc="p, cumulated plastic strain", keeps=True, shown="plastic")
+        self.flow = self.field("flow", n, unit="Pa", doc="yield stress now, at rates that do not count", keeps=True)
+        self.dissipated = self.field("dissipated", n, dtype="f64", unit="J", doc="taken by plastic flow so far", keeps=True)
+        runtime.put(self.flow, first)
         self.limit = self.flow  # Pa, yield stress at the rate of the last yielding; mean over the layers
         if material.rated:
-            self.limit = runtime.new("cells.limit", n)
-            runtime.put(self.limit, np.full(n, material.first))
-            names.append("limit")
+            self.limit = self.field("limit", n, unit="Pa", doc="yield stress at the rate of the last yielding", keeps=True)
+            runtime.put(self.limit, first)
         if material.layers:
-            self.layer_stress = runtime.new("cells.layer_stress", n * material.layers, 3)  # Pa, effective
-            # p, lambda, flow, rate, D, D_r, limit: as of a section
-            self.layer = runtime.new("cells.layer", n * material.layers, 7)
-            self.shear_stress = runtime.new("cells.shear_stress", n, 2)  # Pa, effective
-            start = np.zeros((n * material.layers, 7))
-            start[:, [2, 6]] = material.first
+            layers = n * material.layers
+            self.layer_stress = self.field("layer_stress", layers, 3, unit="Pa", doc="effective stress of a layer", keeps=True)
+            self.layer = self.field("layer", layers, 7, doc="p, lambda, flow [Pa], rate [1/s], D, D_r, limit [Pa] of a layer", keeps=True)
+            self.shear_stress = self.field("shear_stress", n, 2, unit="Pa", doc="effective transverse shear stress", keeps=True)
+            start = np.zeros((layers, 7))
+            start[:, [2, 6]] = np.repeat(first, material.layers)[:, None]
             runtime.put(self.layer, start)
-            names += ["layer_stress", "layer", "shear_stress"]
         else:
             if material.damages:
-                self.hardening = runtime.new("cells.hardening", n)  # lambda <= p (T 2.78)
-                names.append("hardening")
+                self.hardening = self.field("hardening", n, doc="lambda <= p (T 2.78)", keeps=True)
             if material.rated:
-                self.rate = runtime.new("cells.rate", n)  # 1/s, equivalent strain rate of the last step
-                names.append("rate")
-        size = {"layer_stress": n * material.layers, "layer": n * material.layers}
-        self.history = {f"cells.{name}": (getattr(self, name), size.get(name, n)) for name in names}
+                self.rate = self.field("rate", n, unit="1/s", doc="equivalent strain rate of the last step", keeps=True)
 
     @ti.func
     def nothing_across(self, edge, s):
@@ -153,71 +144,130 @@ class Cells:
         return result
 
 
+CONSTANTS = {  # of a material: unit and meaning
+    "young": ("Pa", "E"),
+    "poisson": ("", "nu"),
+    "thickness": ("m", "of the shell"),
+    "threshold": ("", "Mazars: strain at which damage begins"),
+    "A": ("", "Mazars"),
+    "B": ("", "Mazars"),
+    "eps_d": ("", "plastic strain at which ductile damage begins"),
+    "eps_r": ("", "plastic strain at which ductile damage is complete"),
+    "D_c": ("", "ductile damage that is complete"),
+    "a": ("", "delay of damage"),
+    "tau_c": ("s", "delay of damage: its rate never exceeds 1 / tau_c"),
+    "critical": ("", "D_c, delayed damage of rupture"),
+    "alpha": ("", "share of bending in the yield function"),
+    "kappa": ("", "share of transverse shear in the yield function"),
+    "hardening": ("Pa", "B of the hardening"),
+    "exponent": ("", "n of the hardening"),
+    "yield_stress": ("Pa", "before any plastic strain"),
+    "C": ("", "Johnson-Cook: sensitivity to the rate"),
+    "rate0": ("1/s", "Johnson-Cook: reference rate"),
+}
+
+
+class Section(NamedTuple):
+    """What a body is made of: its material, thickness [m], and the width [m] of its cells, which a neck is spread over."""
+
+    material: Material
+    thickness: float
+    width: float = 0.0
+
+
 @ti.data_oriented
-class MaterialPool:
-    """Constants of the material, as fields so that changing a number recompiles nothing.
+class MaterialPool(Pool):
+    """Constants of the materials, one row a body, as fields so that changing a number recompiles nothing.
 
     Which laws there are (`yields`, `damages`, `delays`, `breaks`; `remembers`: any history) is a constant of the run: what
-    a scene does not ask for is not compiled.
+    a scene does not ask for is not compiled. All bodies of a pool have the same laws (build.laws).
     """
 
-    def __init__(self, material, thickness: float, bends: bool, width: float = 0.0):
-        """material: scene.Material; thickness [m]; width [m] of the cells, which a neck is spread over."""
-        self.bends = bends
-        self.yields = material.strength is not None
-        self.damages = material.damage is not None
-        self.delays = material.delay is not None
+    def __init__(self, sections: Sequence[Section], bends: bool, name: str = "material"):
+        super().__init__(name)
+        self.sections, self.bends = sections, bends
+        one = sections[0].material
+        self.yields = one.strength is not None
+        self.damages = one.damage is not None
+        self.delays = one.delay is not None
         self.remembers = self.yields or self.damages
-        self.breaks = material.critical_damage is not None
+        self.breaks = one.critical_damage is not None
+        rows = [self._constants(section) for section in sections]
+        for key in rows[0]:
+            unit, doc = CONSTANTS[key]
+            field = self.field(key, len(rows), unit=unit, doc=doc)
+            for b, row in enumerate(rows):
+                field[b] = row[key]
+            setattr(self, key, field)
+        if self.yields:
+            self._strengths([section.material.strength for section in sections])
+
+    def numbers(self, key: str) -> list[float]:
+        """A constant of each body, as the kernels read it."""
+        return runtime.get(getattr(self, key), len(self.sections)).astype(np.float64).tolist()
+
+    def _constants(self, section: Section) -> dict[str, float]:
+        material, thickness, width = section
         values = {"young": material.young, "poisson": material.poisson, "thickness": thickness}
         if self.damages and not self.yields:
             values |= {"threshold": material.damage.threshold, "A": material.damage.A, "B": material.damage.B}
         if self.damages and self.yields:
-            rupture = rupture_strain(material, width, thickness)
-            if rupture <= material.damage.threshold:
-                raise SceneError(
-                    f"material '{material.name}': a cell of {1e3 * width:.3g} mm in a sheet of {1e3 * thickness:.3g} mm breaks"
-                    f" at a mean strain of {rupture:.3g}, before its damage starts at {material.damage.threshold:g}; lower the spacing,"
-                    " or set damage.necks to false"
-                )
-            values |= {"eps_d": material.damage.threshold, "eps_r": rupture, "D_c": material.damage.critical}
+            values |= {
+                "eps_d": material.damage.threshold,
+                "eps_r": _rupture(material, width, thickness),
+                "D_c": material.damage.critical,
+            }
         if self.delays:
             values |= {"a": material.delay.a, "tau_c": material.delay.tau_c}
         if self.breaks:
             values |= {"critical": material.critical_damage}
         if self.yields:
-            values |= self._strength(material.strength)
-        for name, value in values.items():
-            field = runtime.new(f"material.{name}", 1)
-            field[0] = value
-            setattr(self, name, field)
+            values |= _strength(material.strength)
+        return values
 
-    def _strength(self, strength) -> dict[str, float]:
-        """The numbers of a strength; `first` [Pa] is its yield stress before any plastic strain."""
-        self.tabulated = strength.kind == "table"
-        self.rated = strength.kind == "johnson_cook"
-        self.layers = strength.layers or 0
+    def _strengths(self, strengths: Sequence[Any]) -> None:
+        """What strengths have beside numbers; `first` (B,) [Pa] is the yield stress before any plastic strain."""
+        one = strengths[0]
+        self.tabulated = one.kind == "table"
+        self.rated = one.kind == "johnson_cook"
+        self.layers = one.layers or 0
         self.exact = runtime.current().real == ti.f64
-        values = {"alpha": strength.alpha, "kappa": strength.kappa}
+        self.first = np.array([_strength(strength)["yield_stress"] for strength in strengths])
         if self.tabulated:
-            self.points = runtime.new("material.points", len(strength.points), 2)
-            self.n_points = runtime.new("material.n_points", 1, dtype="i32")
-            runtime.put(self.points, np.array(strength.points))
-            self.n_points[0] = len(strength.points)
-            self.first = strength.points[0][1]
-        elif strength.kind == "perfect":
-            self.first = strength.yield_stress
-            values |= {"hardening": 0.0, "exponent": 1.0}
-        else:
-            self.first = strength.A
-            values |= {"hardening": strength.B, "exponent": strength.n}
-        values["yield_stress"] = self.first
-        if self.rated:
-            values |= {"C": strength.C, "rate0": strength.rate0}
+            counts = [len(strength.points) for strength in strengths]
+            self.points = self.field("points", sum(counts), 2, doc="plastic strain, yield stress [Pa]")
+            self.first_point = self.field("first_point", len(counts), dtype="i32", doc="where the points of a body begin")
+            self.n_points = self.field("n_points", len(counts), dtype="i32", doc="how many points a body has")
+            runtime.put(self.points, np.concatenate([np.array(strength.points) for strength in strengths]))
+            runtime.put(self.first_point, np.cumsum([0, *counts[:-1]]).astype(np.int32))
+            runtime.put(self.n_points, np.array(counts, np.int32))
         if self.layers:
             zeta, weight = np.polynomial.legendre.leggauss(self.layers)
-            self.zeta = runtime.new("material.zeta", self.layers)  # place in the thickness, -1 to 1
-            self.weight = runtime.new("material.weight", self.layers)  # share of the thickness
+            self.zeta = self.field("zeta", self.layers, doc="place of a layer in the thickness, -1 to 1")
+            self.weight = self.field("weight", self.layers, doc="share of a layer in the thickness")
             runtime.put(self.zeta, zeta)
             runtime.put(self.weight, 0.5 * weight)
-        return values
+
+
+def _strength(strength: Any) -> dict[str, float]:
+    """The numbers of a strength."""
+    values = {"alpha": strength.alpha, "kappa": strength.kappa}
+    if strength.kind == "table":
+        return values | {"yield_stress": strength.points[0][1]}
+    if strength.kind == "perfect":
+        return values | {"hardening": 0.0, "exponent": 1.0, "yield_stress": strength.yield_stress}
+    values |= {"hardening": strength.B, "exponent": strength.n, "yield_stress": strength.A}
+    if strength.kind == "johnson_cook":
+        values |= {"C": strength.C, "rate0": strength.rate0}
+    return values
+
+
+def _rupture(material: Material, width: float, thickness: float) -> float:
+    """Plastic strain of a cell at which its ductile damage is complete."""
+    rupture = rupture_strain(material, width, thickness)
+    if rupture <= material.damage.threshold:
+        raise SceneError(
+            f"material '{material.name}': a cell of {1e3 * width:.3g} mm in a sheet of {1e3 * thickness:.3g} mm breaks at a mean strain of"
+            f" {rupture:.3g}, before its damage starts at {material.damage.threshold:g}; lower the spacing, or set damage.necks to false"
+        )
+    return rupture

@@ -7,51 +7,61 @@ acting on the cell's mean position, which is a sum of edge means (w_e); so each 
 the way back to the nodes is that of the internal forces. Broken cells carry none.
 """
 
-import numpy as np
+from collections.abc import Sequence
+from dataclasses import dataclass
 
-from ... import runtime
+from ...numerics.reduce import Reducer
+from ...pool import Pool
 from ...runtime import ti
+from ..body import Span
+from .galerkin import Galerkin
 from .pool import Cells
 
 LEAVE, BOOK, START = 0, 1, 2  # do not touch the work, add to it, or only begin anew from here
 
 
-@ti.data_oriented
-class SurfacePressure:
-    """One pressure of the scene. `press` adds to the side forces of the internal term."""
+@dataclass(frozen=True)
+class Pressed:
+    """One pressure of the scene: the cells of its body, its value [Pa], the time over which it grows [s], whether it follows."""
 
-    def __init__(self, number: int, internal, cells: Cells, value: float, rise: float, follower: bool):
-        self.internal, self.cells = internal, cells
-        self.value, self.rise, self.follower = value, rise, follower
-        name = f"pressure{number}"
-        self.force = runtime.new(f"{name}.force", cells.n, 3)  # N, of the step before
-        self.place = runtime.new(f"{name}.place", cells.n, 3)  # m, mean displacement of the step before
-        self.work = runtime.new(f"{name}.work", cells.n)  # J, trapezoidal
-        self.name = name
+    cells: Span
+    value: float
+    rise: float
+    follower: bool
 
     def now(self, time: float) -> float:
         """Pressure [Pa] at `time` (T 2.111)."""
         return self.value * (time / self.rise if time < self.rise else 1.0)
 
-    def press(self, time: float, book: int = BOOK) -> None:
-        """Add the side forces of the pressure at `time`; book its work since the last booked call."""
-        _press(self, self.internal, self.cells, self.cells.n, self.now(time), int(self.follower), book, 1)
+
+@ti.data_oriented
+class SurfacePressures(Pool):
+    """The pressures on a group of shells, one row for each cell that each presses on. `press` adds to the side forces of the
+    internal term."""
+
+    def __init__(self, pressed: Sequence[Pressed], internal: Galerkin, cells: Cells, name: str = "pressure"):
+        super().__init__(name)
+        self.pressed, self.internal, self.cells = pressed, internal, cells
+        self.n = n = sum(one.cells.n for one in pressed)
+        self.force = self.field("force", n, 3, unit="N", doc="of the step before", keeps=True)
+        self.place = self.field("place", n, 3, unit="m", doc="mean displacement of the step before", keeps=True)
+        self.work = self.field("work", n, unit="J", doc="done so far, trapezoidal", keeps=True)
+
+    def press(self, time: float, book: int = BOOK, push: int = 1) -> None:
+        """Add the side forces of the pressures at `time`; book their work since the last booked call."""
+        row = 0
+        for one in self.pressed:
+            first, n = one.cells.first, one.cells.n
+            _press(self, self.internal, self.cells, first, n, row, one.now(time), int(one.follower), book, push)
+            row += n
 
     def before_rupture(self, time: float) -> None:
         """Book the way to `time` while the cells still stand where their old rows saw them."""
-        _press(self, self.internal, self.cells, self.cells.n, self.now(time), int(self.follower), BOOK, 0)
+        self.press(time, BOOK, 0)
 
-    def done(self, reducer) -> float:
+    def done(self, reducer: Reducer) -> float:
         """Work so far [J]."""
-        return reducer.total(self.work, self.cells.n)
-
-    def state(self) -> dict[str, np.ndarray]:
-        n = self.cells.n
-        return {f"{self.name}.{k}": runtime.get(getattr(self, k), n) for k in ("force", "place", "work")}
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        for k in ("force", "place", "work"):
-            runtime.put(getattr(self, k), state[f"{self.name}.{k}"])
+        return reducer.total(self.work, self.n)
 
 
 @ti.kernel
@@ -59,13 +69,16 @@ def _press(
     load: ti.template(),
     term: ti.template(),
     cells: ti.template(),
+    first: ti.i32,
     n: ti.i32,
+    row: ti.i32,
     p: float,
     follower: ti.i32,
     book: ti.i32,
     push: ti.i32,
 ):
-    for s in range(n):
+    for m in range(n):
+        s, q = first + m, row + m
         if cells.broken[s] == 0:
             x1, x2 = cells.a1[s], cells.a2[s]
             place = x1 * 0.0
@@ -81,7 +94,7 @@ def _press(
                 for k in range(cells.n_corners[s]):
                     term.side_force[4 * s + k] += term.share[4 * s + k] * force
             if book == BOOK:
-                load.work[s] += 0.5 * (force + load.force[s]).dot(place - load.place[s])
+                load.work[q] += 0.5 * (force + load.force[q]).dot(place - load.place[q])
             if book != LEAVE:
-                load.force[s] = force
-                load.place[s] = place
+                load.force[q] = force
+                load.place[q] = place

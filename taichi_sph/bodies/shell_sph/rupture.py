@@ -11,21 +11,30 @@ What the elastic energy loses in the event (the broken cell's rest, and the chan
 strain, whose nodes now see one lip only) is booked as "released".
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ... import runtime
+from ...pool import Pool
 from ...runtime import ti
 
+if TYPE_CHECKING:
+    from .group import ShellGroup
 
-class Rupture:
+
+class Rupture(Pool):
     """Owns the events of a group of shells."""
 
-    def __init__(self, group):
+    kept = ("released", "broken", "events", "fragments")
+
+    def __init__(self, group: "ShellGroup", name: str = "rupture"):
+        super().__init__(name)
         self.group = group
         self.released = 0.0  # J
         self.broken = 0  # cells
         self.events = 0
-        self.fragments = 0
+        self.fragments = 0  # nodes
 
     def happen(self) -> bool:
         """Let the cells break that reached D_c in this step; True when any did."""
@@ -35,8 +44,8 @@ class Rupture:
         n_new = int(group.cells.n_new[0])
         if n_new == 0:
             return False
-        for pressure in group.pressures:
-            pressure.before_rupture(group.now.time)
+        if group.pressures is not None:
+            group.pressures.before_rupture(group.now.time)
         before = group.stored()
         self.open(n_new, group.now.time)
         self.released += before - group.stored()
@@ -65,16 +74,6 @@ class Rupture:
             return
         runtime.put(self.group.cells.new, numbers.astype(np.int32))
         self.open(len(numbers), float("nan"))
-
-    def state(self) -> dict[str, np.ndarray]:
-        return {
-            "rupture.released": np.array(self.released),
-            "rupture.counts": np.array([self.broken, self.events, self.fragments]),
-        }
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        self.released = float(state["rupture.released"])
-        self.broken, self.events, self.fragments = (int(k) for k in state["rupture.counts"])
 
 
 @ti.kernel

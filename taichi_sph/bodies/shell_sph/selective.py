@@ -15,65 +15,77 @@ Q_a x_,a (the T_0 of T 2.28). Measured on a clamped square plate of 16 cells, e/
 deflection without (locked), 1.22 with; at h/D >= 1.2 the nodes alone are too soft for the little f_c leaves.
 """
 
+from typing import Any
+
 import numpy as np
 
 from ... import runtime
-from ...geometry.mesh import SurfaceMesh
+from ...pool import Pool
 from ...runtime import ti
+from .build import Model, by_cell, by_node, centred
 from .links import Links
-from .pool import Cells, MaterialPool, Nodes
 
 K, EXPONENT = 1e-2, 2  # T 2.55
 
 
 @ti.data_oriented
-class SelectiveShear:
+class SelectiveShear(Pool):
     """Owns the neighbourhoods of the shear; the collocation form calls it where it would use its own."""
 
-    def __init__(self, mesh: SurfaceMesh, nodes: Nodes, cells: Cells, material: MaterialPool, at_nodes: dict, own):
-        self.nodes, self.cells = nodes, cells
+    def __init__(self, model: Model, at_nodes: dict[str, Any], own: Any, name: str):
+        super().__init__(name)
+        mesh, bodies = model.mesh, model.bodies
+        self.bodies = bodies
+        self.nodes, self.cells = nodes, cells = model.nodes, model.cells
         self.own = own  # field (N,): 1 on free edges
         n, m = nodes.n, cells.n
-        self.X = runtime.new("selective.X", n + m, 3, "f64")  # m, nodes, then cells
-        self.dead = runtime.new("selective.dead", n + m, dtype="i32")
-        self.factor = runtime.new("selective.factor", n + m)  # 1 for nodes, f_c for cells
+        self.X = self.field("X", n + m, 3, "f64", unit="m", doc="nodes, then cells")
+        self.dead = self.field("dead", n + m, dtype="i32", doc="1: takes part in nothing any more")
+        self.factor = self.field("factor", n + m, doc="1 for nodes, f_c for cells")
         runtime.put(self.X, np.concatenate([mesh.points, mesh.centres]))
-        f_c = min(1.0, K * (material.thickness[0] / (0.5 * mesh.spacing)) ** EXPONENT)
-        runtime.put(self.factor, np.r_[np.ones(n), np.full(m, f_c)])
+        f_c = [min(1.0, K * (e / (0.5 * body.mesh.spacing)) ** EXPONENT) for body, e in zip(bodies, model.material.numbers("thickness"))]
+        runtime.put(self.factor, np.r_[np.ones(n), by_cell(bodies, f_c)])
+        both = None
+        if nodes.several:
+            both = self.field("body", n + m, dtype="i32", doc="number of the body, of nodes, then cells")
+            runtime.put(both, np.r_[runtime.get(nodes.body, n), runtime.get(cells.body, m)])
         self.strains = Links(
-            "selective.strains",
+            f"{name}.strains",
             sources=nodes.X,
             n_sources=n,
             dead_source=nodes.fragment,
+            source_body=nodes.body if nodes.several else None,
             **at_nodes,
             order=np.ones(n),
             gradient=True,
         )
         self.divergence = Links(
-            "selective.divergence",
+            f"{name}.divergence",
             sources=self.X,
             n_sources=n + m,
             dead_source=self.dead,
+            source_body=both,
             **at_nodes,
             order=np.ones(n),
             gradient=True,
             weight=self.factor,
         )
         self.links = (self.strains, self.divergence)
-        self.a1 = runtime.new("selective.a1", n, 3)  # X_,1, X_,2 at the nodes, by the operator itself
-        self.a2 = runtime.new("selective.a2", n, 3)
-        self.stiffness = runtime.new("selective.shear", n)  # N/m, G_s at the nodes
-        self.s1 = runtime.new("selective.s1", n + m, 3)  # N/m, Q_1 n and Q_2 n
-        self.s2 = runtime.new("selective.s2", n + m, 3)
-        self.q = runtime.new("selective.q", n + m, 3)  # N/m, Q_a x_,a
+        self.a1 = self.field("a1", n, 3, doc="X_,1 at the nodes, by the operator itself")
+        self.a2 = self.field("a2", n, 3, doc="X_,2 at the nodes")
+        self.stiffness = self.field("stiffness", n, unit="N/m", doc="G_s at the nodes")
+        self.s1 = self.field("s1", n + m, 3, unit="N/m", doc="Q_1 n")
+        self.s2 = self.field("s2", n + m, 3, unit="N/m", doc="Q_2 n")
+        self.q = self.field("q", n + m, 3, unit="N/m", doc="Q_a x_,a")
 
-    def begin(self, mesh: SurfaceMesh) -> None:
+    def begin(self) -> None:
         """Reference of the nodes, once the links are made."""
-        X = mesh.points - mesh.points.mean(axis=0)
+        X = centred(self.bodies)
         runtime.put(self.a1, self.strains.apply(X, 0))
         runtime.put(self.a2, self.strains.apply(X, 1))
         shear = runtime.get(self.cells.shear, self.cells.n)
-        runtime.put(self.stiffness, np.full(self.nodes.n, shear.mean()))
+        means = [shear[body.cells.rows].mean() for body in self.bodies]
+        runtime.put(self.stiffness, by_node(self.bodies, means))
 
 
 @ti.func

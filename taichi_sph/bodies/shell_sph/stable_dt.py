@@ -6,11 +6,18 @@ below; its own error bound (the residual of the Ritz pair) is added, so the step
 collocation form is not symmetric: the largest |lambda| counts.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ... import runtime
 from ...numerics.reduce import BLOCK
+from ...pool import Pool
 from ...runtime import ti
+from ..body import Now
+
+if TYPE_CHECKING:
+    from .group import ShellGroup
 
 ROOM = 1.05  # frequency that a metal is given beyond what it needs, while it is compressed further
 AGAIN = 6  # iterations of such a look, from the mode found before
@@ -18,7 +25,7 @@ AGAIN = 6  # iterations of such a look, from the mode found before
 STRAIN = {"f64": 1e-7, "f32": 1e-4}  # of the probing displacement
 
 
-class StableStep:
+class StableStep(Pool):
     """Keeps dt below the limit: measured at the start, and again (every `look_every` steps of the form) after ruptures, which
     renew the operator near the crack. dt never grows again.
 
@@ -28,7 +35,10 @@ class StableStep:
     change by percents in a step, so it is looked at every few steps and given more room.
     """
 
-    def __init__(self, group):
+    kept = ("mode", "frequency", "stiffer", "events", "looked")
+
+    def __init__(self, group: "ShellGroup", name: str = "stable"):
+        super().__init__(name)
         self.group = group
         self.safety = group.scene.numerics.time_step_safety
         self.frequency, self.mode = largest_frequency(group)
@@ -37,7 +47,7 @@ class StableStep:
         if group.material.yields:
             self.stiffer, self.look_every = ROOM, 10
             self.blocks = -(-group.cells.n // BLOCK)
-            self.partial = runtime.new("stable.partial", self.blocks, dtype="f64")
+            self.partial = self.field("partial", self.blocks, dtype="f64", doc="scratch")
         self.events, self.looked = group.rupture.events, 0
 
     @property
@@ -64,7 +74,7 @@ class StableStep:
         self.stiffer = 1.04 * needed
         return True
 
-    def watch(self, now) -> bool:
+    def watch(self, now: Now) -> bool:
         """Look again when something broke or is stretched; True when the step has to be shortened."""
         group = self.group
         if now.step % self.look_every == 0 and self._stretched():
@@ -78,33 +88,23 @@ class StableStep:
         self.frequency = frequency
         return True
 
-    def state(self) -> dict[str, np.ndarray]:
-        return {
-            "stable.mode": self.mode,
-            "stable.frequency": np.array([self.frequency, self.stiffer]),
-            "stable.seen": np.array([self.events, self.looked]),
-        }
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        self.mode = np.asarray(state["stable.mode"])
-        self.frequency, self.stiffer = (float(k) for k in state["stable.frequency"])
-        self.events, self.looked = (int(k) for k in state["stable.seen"])
-
 
 class Operator:
     """M^-1/2 K M^-1/2 about the reference state, applied to mass-weighted unknowns of shape `shape`.
 
     Columns: displacement components, then (where the shell bends) those of the director change, whose part
-    along the director is projected out. `close` puts the displacements back.
+    along the director is projected out. The bodies of a group do not see each other: the operator acts on all of them at once, and
+    on each as if it were alone. `close` puts the displacements back.
     """
 
-    def __init__(self, group, across: np.ndarray | None = None):
+    def __init__(self, group: "ShellGroup", across: np.ndarray | None = None):
         """across (N,): weight across the shell over weight along it, where masses are fictitious (relax)."""
         self.group = group
         nodes, n = group.nodes, group.nodes.n
+        self.rows = [body.nodes.rows for body in group.shells]
         self.u0 = runtime.get(nodes.u, n)
         self.real = self.u0.dtype
-        self.scale = STRAIN[group.scene.numerics.precision] * group.spacing
+        self.strain = STRAIN[group.scene.numerics.precision]
         self.root = np.sqrt(runtime.get(nodes.mass, n).astype(np.float64))[:, None] * np.ones(nodes.dim)
         self.N = None
         if nodes.bends:
@@ -122,14 +122,21 @@ class Operator:
         d = y[:, 3:]
         return np.hstack([y[:, :3], d - np.einsum("ni,ni->n", d, self.N)[:, None] * self.N])
 
+    def _sizes(self, w: np.ndarray) -> np.ndarray:
+        """(N, 1) factor of each node: one size for displacements and for director changes, both small against 1 in their own unit."""
+        sizes = np.empty((len(w), 1))
+        for body, rows in zip(self.group.shells, self.rows):
+            spacing, dim = body.mesh.spacing, self.group.nodes.dim
+            largest = np.abs(w[rows, :dim]).max() / spacing
+            if self.N is not None:
+                largest = max(largest, np.abs(w[rows, 3:]).max())
+            sizes[rows] = self.strain * spacing / spacing / max(largest, 1e-300)
+        return sizes
+
     def __call__(self, y: np.ndarray) -> np.ndarray:
         group, nodes, n = self.group, self.group.nodes, self.group.nodes.n
         w = self._lighten(self._across(y) / self.root)
-        # one size for displacements and for director changes, both small against 1 in their own unit
-        largest = np.abs(w[:, : nodes.dim]).max() / group.spacing
-        if nodes.bends:
-            largest = max(largest, np.abs(w[:, 3:]).max())
-        size = self.scale / group.spacing / max(largest, 1e-300)
+        size = self._sizes(w)
         runtime.put(nodes.u, (size * w[:, : nodes.dim]).astype(self.real))
         if nodes.bends:
             runtime.put(nodes.d, (size * w[:, 3:]).astype(self.real))
@@ -153,27 +160,68 @@ class Operator:
             runtime.put(self.group.nodes.d, self.d0)
 
 
-def largest_frequency(group, iterations: int = 40, start: np.ndarray | None = None, across=None) -> tuple[float, np.ndarray]:
-    """(omega_max [rad/s] with its error bound added, Ritz vector in mass-weighted displacements)."""
+def largest_frequencies(
+    group: "ShellGroup", iterations: int = 40, start: np.ndarray | None = None, across: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """(B,) omega_max [rad/s] of each body, its error bound added; (N, c) their Ritz vectors in mass-weighted displacements.
+
+    Each body has an iteration of its own; they share the evaluations of the operator alone.
+    """
     operator = Operator(group, across)
-    q = np.random.default_rng(0).standard_normal(operator.shape) if start is None else start
-    basis = [q / np.linalg.norm(q)]
-    H = np.zeros((iterations + 1, iterations))
-    for k in range(iterations):
-        w = operator(basis[k])
-        for i, b in enumerate(basis):
-            H[i, k] = np.vdot(b, w)
-            w -= H[i, k] * b
-        H[k + 1, k] = np.linalg.norm(w)
-        if H[k + 1, k] < 1e-12 * abs(H[0, 0]):
+    own = [
+        _Arnoldi(iterations, operator.shape[1], body.nodes.n, None if start is None else start[body.nodes.rows]) for body in group.shells
+    ]
+    rows = operator.rows
+    for _ in range(iterations):
+        if all(one.done for one in own):
             break
-        basis.append(w / H[k + 1, k])
-    values, vectors = np.linalg.eig(H[: k + 1, : k + 1])
-    top = int(np.argmax(np.abs(values)))
-    bound = abs(H[k + 1, k] * vectors[-1, top])
-    ritz = sum(c * b for c, b in zip(vectors[:, top].real, basis))
+        w = operator(np.concatenate([one.basis[one.k] for one in own]))
+        for one, mine in zip(own, rows):
+            one.take(w[mine])
     operator.close()
-    return float(np.sqrt(abs(values[top]) + bound)), ritz
+    found = [one.largest() for one in own]
+    return np.array([frequency for frequency, _ in found]), np.concatenate([ritz for _, ritz in found])
+
+
+def largest_frequency(
+    group: "ShellGroup", iterations: int = 40, start: np.ndarray | None = None, across: np.ndarray | None = None
+) -> tuple[float, np.ndarray]:
+    """The largest omega_max of the bodies of the group [rad/s], and the Ritz vectors of all."""
+    frequencies, ritz = largest_frequencies(group, iterations, start, across)
+    return float(frequencies.max()), ritz
+
+
+class _Arnoldi:
+    """The iteration of one body of n nodes and c unknowns each; `basis[k]` is what the operator is to be applied to next."""
+
+    def __init__(self, iterations: int, c: int, n: int, start: np.ndarray | None):
+        q = np.random.default_rng(0).standard_normal((n, c)) if start is None else start
+        self.basis = [q / np.linalg.norm(q)]
+        self.H = np.zeros((iterations + 1, iterations))
+        self.k, self.last, self.done = 0, iterations - 1, False
+
+    def take(self, w: np.ndarray) -> None:
+        """w: the operator on basis[k]. Nothing once the iteration is done."""
+        if self.done:
+            return
+        H, k = self.H, self.k
+        for i, b in enumerate(self.basis):
+            H[i, k] = np.vdot(b, w)
+            w = w - H[i, k] * b
+        H[k + 1, k] = np.linalg.norm(w)
+        self.done = bool(H[k + 1, k] < 1e-12 * abs(H[0, 0])) or k == self.last
+        if not self.done:
+            self.basis.append(w / H[k + 1, k])
+            self.k += 1
+
+    def largest(self) -> tuple[float, np.ndarray]:
+        """omega_max with its bound, and its Ritz vector."""
+        H, k = self.H, self.k
+        values, vectors = np.linalg.eig(H[: k + 1, : k + 1])
+        top = int(np.argmax(np.abs(values)))
+        bound = abs(H[k + 1, k] * vectors[-1, top])
+        ritz = sum(c * b for c, b in zip(vectors[:, top].real, self.basis))
+        return float(np.sqrt(abs(values[top]) + bound)), ritz
 
 
 @ti.kernel

@@ -46,9 +46,11 @@ import numpy as np
 
 from ... import runtime
 from ...bodies.fluid.walls import MOST, NONE, RIM
-from ...bodies.rigid.pool import spin_of, surface, turned
+from ...bodies.rigid.pool import spin_of, surface
 from ...numerics.cells import CellGrid, bucket, cube, running
 from ...numerics.kernel import w2
+from ...numerics.turns import turned
+from ...pool import Pool
 from ...runtime import ti
 
 FINE = 0.45  # D between the points of a rigid body's surface
@@ -72,12 +74,13 @@ class Wettable:
 
 
 @ti.data_oriented
-class Wetted:
+class Wetted(Pool):
     """Surface points: first the shell's nodes, then those of the rigid bodies; lists both ways; forces on the points."""
 
     def __init__(self, what: Wettable, particles, support: float, origin, walls):
         """particles: FluidParticles; support h / D; origin [m]: records are relative to it; walls: Walls, whose images of the surfaces
         press as well."""
+        super().__init__("wet")
         self.walls = walls
         self.nodes, self.cells, self.rigids, self.p = what.nodes, what.cells, what.rigids, particles
         self.has_shell, self.has_rigids = what.nodes is not None, what.rigids is not None
@@ -92,30 +95,29 @@ class Wetted:
         arms, facing, owner = np.concatenate(arms), np.concatenate(facing), np.concatenate(owner)
         self.nb = len(arms)
         self.n = n = self.ns + self.nb
-        new = runtime.new
-        # x (relative to the origin), vector area, velocity: what a particle needs of a point
-        self.record = new("wet.record", n, 12)
-        self.x = new("wet.x", n, 3, "f64")  # m, now
-        self.push = new("wet.push", n, 3)  # N, of the water
-        self.stress = new("wet.stress", particles.n)  # N m: V (2 p + Pi) of each particle
-        self.side = new("wet.side", particles.n, 4)  # n, and 1 / gamma - 1
-        self.cover = new("wet.cover", particles.n)  # c, of those with a side
-        self.amid = new("wet.amid", particles.n, dtype="i32")  # 1: it or a neighbour has points within reach
-        self.share = new("wet.share", particles.n)  # part of the rigid points' w that the shell does not cover
-        self.met = new("wet.met", particles.n, 4)  # w, and sum of w_k . (v - v_k), of this step
-        self.was = new("wet.was", n, 3, "f64")  # m, x at the fluid's step before
-        self.built = new("wet.built", n, 3, "f64")  # m, x when the lists were made
-        self.built_p = new("wet.built_particles", particles.n, 3, "f64")
-        self.start = new("wet.start", particles.n + 1, dtype="i32")  # points of particle i: point[start[i]] on
-        self.start_back = new("wet.start_back", n + 1, dtype="i32")  # particles of point k
+        new = self.field
+        self.record = new("record", n, 12, doc="place from the origin, vector area, velocity: what a particle needs of a point")
+        self.x = new("x", n, 3, "f64", unit="m", doc="where the point is now")
+        self.push = new("push", n, 3, unit="N", doc="of the water on the point")
+        self.stress = new("stress", particles.n, unit="N m", doc="V (2 p + Pi) of each particle")
+        self.side = new("side", particles.n, 4, doc="n, and 1 / gamma - 1")
+        self.cover = new("cover", particles.n, doc="c, of those with a side")
+        self.amid = new("amid", particles.n, dtype="i32", doc="1: the particle or a neighbour of it has points within reach")
+        self.share = new("share", particles.n, doc="part of the rigid points' w that the shell does not cover")
+        self.met = new("met", particles.n, 4, doc="w [1/m], and sum of w_k . (v - v_k) [1/s], of this step")
+        self.was = new("was", n, 3, "f64", unit="m", keeps=True, doc="x at the fluid's step before")
+        self.built = new("built", n, 3, "f64", unit="m", keeps=True, doc="x when the lists were made")
+        self.built_particles = new("built_particles", particles.n, 3, "f64", unit="m", keeps=True, doc="places of the particles then")
+        self.start = new("start", particles.n + 1, dtype="i32", doc="the points of particle i are point[start[i]] on")
+        self.start_back = new("start_back", n + 1, dtype="i32", doc="the particles of point k are particle[start_back[k]] on")
         if self.has_shell:
-            self.turn = new("wet.turn", what.cells.n, dtype="f64")  # 1: corners are numbered round the director, -1: against it
+            self.turn = new("turn", what.cells.n, dtype="f64", doc="1: corners are numbered round the director, -1: against it")
             runtime.put(self.turn, _turns(what.mesh))
         if self.nb:
-            self.arm = new("wet.arm", self.nb, 3, "f64")  # m, from the centre of mass, at t = 0
-            self.facing = new("wet.facing", self.nb, 3, "f64")  # m2, outward, at t = 0
-            self.owner = new("wet.owner", self.nb, dtype="i32")
-            self.first = new("wet.first", len(what.bodies) + 1, dtype="i32")
+            self.arm = new("arm", self.nb, 3, "f64", unit="m", doc="from the centre of mass, at t = 0")
+            self.facing = new("facing", self.nb, 3, "f64", unit="m2", doc="vector area, outward, at t = 0")
+            self.owner = new("owner", self.nb, dtype="i32", doc="rigid body of the point")
+            self.first = new("first", len(what.bodies) + 1, dtype="i32", doc="first point of each rigid body")
             runtime.put(self.arm, arms)
             runtime.put(self.facing, facing)
             runtime.put(self.owner, owner)
@@ -136,7 +138,7 @@ class Wetted:
         _lay(self, self.ns, self.nb, 0.0)
         self.grid = CellGrid("wet.grid", self.built, n, self.reach)
         self.room = 0
-        self.renew()
+        self.relist()
 
     def face(self, inverse: float) -> None:
         """`met`, `side` and `share` of the particles whose records are new; those with a side get a negative D. inverse: 1 / 2h_0."""
@@ -148,15 +150,16 @@ class Wetted:
         _lay(self, self.ns, self.nb, since)
         worn = renumbered or _travelled(self, self.p.n, self.n) > self.skin
         if worn:
-            self.renew()
+            self.relist()
         return worn
 
-    def renew(self) -> None:
+    def relist(self) -> None:
         """Lists of the pairs within reach, as all lie now."""
         _keep(self, self.p.n, self.n)
-        self._list()
+        self.renew()
 
-    def _list(self) -> None:
+    def renew(self) -> None:
+        """The lists, as all lay when they were made."""
         self.grid.rebuild()
         inverse = 1.0 / self.reach
         if not self.room:
@@ -170,8 +173,8 @@ class Wetted:
 
     def _widen(self, found: int) -> None:
         self.room = max(64, 3 * found // 2)
-        self.point = runtime.new("wet.point", self.room, dtype="i32")
-        self.particle = runtime.new("wet.particle", self.room, dtype="i32")
+        self.point = self.field("point", self.room, dtype="i32", grows=True, doc="points near each particle")
+        self.particle = self.field("particle", self.room, dtype="i32", grows=True, doc="particles near each point")
 
     def bear(self, inverse: float, times: int = 1) -> None:
         """The forces of the particles, once their `stress` is known, onto nodes and bodies. inverse: 1 / 2h_0; times: as one blow of so
@@ -243,20 +246,6 @@ class Wetted:
             result = self.walls.turned(found, image, a)
         return result
 
-    def state(self) -> dict[str, np.ndarray]:
-        """Lists are made again from where everything was when they were made."""
-        return {
-            "wet.built": runtime.get(self.built, self.n),
-            "wet.was": runtime.get(self.was, self.n),
-            "wet.built_particles": runtime.get(self.built_p, self.p.n),
-        }
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        runtime.put(self.built, np.asarray(state["wet.built"]))
-        runtime.put(self.was, np.asarray(state["wet.was"]))
-        runtime.put(self.built_p, np.asarray(state["wet.built_particles"]))
-        self._list()
-
 
 def _turns(mesh) -> np.ndarray:
     x, c = mesh.points, mesh.cells
@@ -314,7 +303,7 @@ def _travelled(t: ti.template(), n: ti.i32, points: ti.i32) -> ti.f64:
     """How far a particle and a point can have moved relative to each other since the lists were made [m]."""
     one, two = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
     for i in range(n):
-        ti.atomic_max(one, (t.p.x[i] - t.built_p[i]).norm_sqr())
+        ti.atomic_max(one, (t.p.x[i] - t.built_particles[i]).norm_sqr())
     for k in range(points):
         ti.atomic_max(two, (t.x[k] - t.built[k]).norm_sqr())
     return ti.sqrt(one) + ti.sqrt(two)
@@ -323,7 +312,7 @@ def _travelled(t: ti.template(), n: ti.i32, points: ti.i32) -> ti.f64:
 @ti.kernel
 def _keep(t: ti.template(), n: ti.i32, points: ti.i32):
     for i in range(n):
-        t.built_p[i] = t.p.x[i]
+        t.built_particles[i] = t.p.x[i]
     for k in range(points):
         t.built[k] = t.x[k]
 
@@ -331,7 +320,7 @@ def _keep(t: ti.template(), n: ti.i32, points: ti.i32):
 @ti.kernel
 def _pair(t: ti.template(), point: ti.template(), n: ti.i32, inverse: ti.f64, table: ti.i32, write: ti.i32):
     for i in range(n):
-        x = t.built_p[i]
+        x = t.built_particles[i]
         found = 0
         if write == 0 or t.start[i + 1] > t.start[i]:
             home = cube(x, inverse)

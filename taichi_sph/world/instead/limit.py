@@ -13,15 +13,19 @@ import numpy as np
 
 from ... import runtime
 from ...errors import RunStopped
+from ...pool import Pool
 
 SMALL = 1e-9  # of the wave speed: the motion is linear
 GROWN = 1e6  # times the kinetic energy of the first step: far more than what stays within bounds ever reaches
 
 
-class LimitSearch:
+class LimitSearch(Pool):
     """predicted, measured, thesis [s]."""
 
+    kept = ("measured",)
+
     def __init__(self, world, group, steps: int, resolution: float):
+        super().__init__("limit")
         self.world, self.group, self.steps, self.resolution, self.work = world, group, steps, resolution, 0.0
         self.predicted = 2.0 / group.stable.frequency
         self.measured = math.nan
@@ -85,11 +89,9 @@ class LimitSearch:
                     return True
         return False
 
-    def state(self) -> dict[str, np.ndarray]:
-        return {"limit.measured": np.array(self.measured)}
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        self.measured = float(state["limit.measured"])
+    def pools(self) -> list[Pool]:
+        """All that has history."""
+        return [self]
 
     def status(self) -> dict[str, float]:
         return {

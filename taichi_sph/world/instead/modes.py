@@ -11,18 +11,22 @@ import numpy as np
 
 from ... import runtime
 from ...bodies.shell_sph.stable_dt import Operator
+from ...pool import Pool
 
 STILL = 1e-3  # a mode is rigid when its frequency is below this part of the next one's
 SHOWN = 0.1  # largest displacement of a mode's picture, over the size of the body
 
 
-class ModeSearch:
+class ModeSearch(Pool):
     """Steps through the flexible modes of a simulation, lowest first: each becomes its displacements.
 
     frequency (count,) [Hz], shapes (count, N, 6) mass-normalised, rigid: how many modes are still.
     """
 
+    kept = ("shown",)
+
     def __init__(self, world, group, count: int):
+        super().__init__("modes")
         self.world, self.group, self.count, self.shown, self.work = world, group, count, -1, 0.0
         self.frequency, self.shapes, self.rigid = lowest(group, count)
 
@@ -42,11 +46,9 @@ class ModeSearch:
             director /= np.linalg.norm(director, axis=1)[:, None]
             runtime.put(group.nodes.d, (director - N).astype(N.dtype))
 
-    def state(self) -> dict[str, np.ndarray]:
-        return {"modes.shown": np.array(self.shown)}
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        self.shown = int(state["modes.shown"])
+    def pools(self) -> list[Pool]:
+        """All that has history."""
+        return [self]
 
     def status(self) -> dict[str, float]:
         return {
@@ -93,7 +95,7 @@ def stiffness(group):
 
     operator = Operator(group)
     X = group.mesh.points
-    support = 2.0 * group.scene.numerics.formulation.support * float(group.mesh.node_spacing.max())
+    support = 2.0 * group.shells[0].numerics.formulation.support * float(group.mesh.node_spacing.max())
     ends = X[np.where(group.mesh.cells < 0, group.mesh.cells[:, :1], group.mesh.cells)]
     longest = float(np.linalg.norm(ends[:, :, None] - ends[:, None, :], axis=3).max())
     reach = 2.0 * support + longest

@@ -2,8 +2,9 @@
 
 import pytest
 
+from taichi_sph.laws.hardening import at
+from taichi_sph.laws.necking import rupture_strain, uniform_strain
 from taichi_sph.scene import LemaitreChaboche, Perfect, Power, Table, material
-from taichi_sph.scene.necking import hardening, rupture_strain, uniform_strain
 
 STEEL = material("steel, tank")
 NECKED = material(STEEL.name, damage=STEEL.damage.model_copy(update={"necks": True}))
@@ -17,7 +18,7 @@ def test_uniform_strain_in_closed_form():
 
 
 def test_at_the_uniform_strain_the_slope_is_the_stress():
-    stress, slope = hardening(STEEL.strength, uniform_strain(STEEL.strength))
+    stress, slope = at(STEEL.strength, uniform_strain(STEEL.strength))
     assert slope == pytest.approx(stress, rel=1e-6)
 
 
@@ -37,7 +38,7 @@ def test_a_rupture_before_the_uniform_strain_stays():
 
 def test_the_pool_has_the_spread_strain(tmp_path):
     from taichi_sph import runtime
-    from taichi_sph.bodies.shell_sph.pool import MaterialPool
+    from taichi_sph.bodies.shell_sph.pool import MaterialPool, Section
 
     runtime.start("cpu", "f64", 1)
-    assert MaterialPool(NECKED, 1e-3, True, 8e-3).eps_r[0] == pytest.approx(rupture_strain(NECKED, 8e-3, 1e-3))
+    assert MaterialPool([Section(NECKED, 1e-3, 8e-3)], True).eps_r[0] == pytest.approx(rupture_strain(NECKED, 8e-3, 1e-3))

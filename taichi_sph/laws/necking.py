@@ -14,33 +14,22 @@ what it should, and stops.
 
 from __future__ import annotations
 
+from typing import Any
 
-def hardening(strength, strain: float) -> tuple[float, float]:
-    """(yield stress [Pa], its slope [Pa]) of a strength at a plastic strain, at rates that do not count."""
-    if strength.kind == "perfect":
-        return strength.yield_stress, 0.0
-    if strength.kind == "table":
-        points = strength.points
-        for (a, low), (b, high) in zip(points, points[1:]):
-            if a <= strain < b:
-                slope = (high - low) / (b - a)
-                return low + slope * (strain - a), slope
-        return points[-1][1], 0.0
-    base = max(strain, 1e-12)
-    return strength.A + strength.B * base**strength.n, strength.n * strength.B * base ** (strength.n - 1)
+from .hardening import at
 
 
-def uniform_strain(strength) -> float:
+def uniform_strain(strength: Any) -> float:
     """eps_u: plastic strain at which a sheet in tension starts to neck; 0 where it does at once."""
     low, high = 0.0, 10.0
     for _ in range(80):
         middle = 0.5 * (low + high)
-        stress, slope = hardening(strength, middle)
+        stress, slope = at(strength, middle)
         low, high = (middle, high) if slope > stress else (low, middle)
     return low
 
 
-def rupture_strain(material, width: float, thickness: float) -> float:
+def rupture_strain(material: Any, width: float, thickness: float) -> float:
     """eps_r of a cell of that width [m] in a sheet of that thickness [m]: that of the point, unless the material necks."""
     damage = material.damage
     if not damage.necks or width <= thickness:

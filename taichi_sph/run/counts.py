@@ -1,0 +1,59 @@
+"""The size of a scene from counts that allocate nothing: refused here before a mesh or a particle exists."""
+
+from __future__ import annotations
+
+from ..bodies.fluid.count import count as particles
+from ..errors import SceneError
+from ..geometry.mesh import SurfaceMesh
+from ..geometry.surfaces import count as nodes_of
+from ..scene.plausible import MAX_NODES, MAX_STEPS
+from ..scene.schema import Scene
+from ..scene.surfaces import Given
+from ..scene.units import show
+
+LEAST_BYTES = {"shell": 1400, "fluid": 800}  # of memory that a node or a particle needs at least (plan.py has the true ones)
+
+
+def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceMesh] | None = None) -> None:
+    """Refuses (SceneError) what has too many nodes, particles or steps, or no room in `available` bytes of memory.
+
+    Without `meshes` nothing is read and shells from files are not counted; with them, fluids inside of those are.
+    """
+    sizes = [(0, 0, "", 0.0)]  # bytes, count, key and spacing of each body
+    for shell in scene.shells:
+        if not isinstance(shell.surface, Given):
+            nodes = nodes_of(shell.surface, scene.numerics)
+            _few(nodes, f"numerics.spacing {show(scene.numerics.spacing, 'm')} gives shell '{shell.name}' {nodes:.2g} nodes")
+            sizes.append((nodes * LEAST_BYTES["shell"], nodes, "numerics.spacing", scene.numerics.spacing))
+    by_name = {shell.name: shell for shell in scene.shells}
+    for index, fluid in enumerate(scene.fluids):
+        filled = by_name.get(getattr(fluid.fill, "shell", ""))
+        found = particles(
+            fluid,
+            scene.numerics.spacing,
+            filled.surface if filled else None,
+            filled.thickness if filled else 0.0,
+            (meshes or {}).get(filled.name) if filled else None,
+        )
+        key = f"fluids[{index}].spacing" if fluid.spacing else "numerics.spacing"
+        spacing = fluid.spacing or scene.numerics.spacing
+        _few(found, f"{key} {show(spacing, 'm')} gives fluid '{fluid.name}' {found:.2g} particles")
+        sizes.append((found * LEAST_BYTES["fluid"], found, key, spacing))
+        steps = scene.duration * fluid.water.sound / (0.6 * spacing)
+        if steps > MAX_STEPS * (fluid.every or 1):
+            raise SceneError(
+                f"duration {show(scene.duration, 's')} takes about {steps:.2g} time steps of fluid '{fluid.name}' ({key} "
+                f"{show(spacing, 'm')}, sound {fluid.water.sound:.4g} m/s); at most {MAX_STEPS // 1_000_000} million are allowed"
+            )
+    memory = sum(size[0] for size in sizes)
+    if available is not None and memory > available:
+        _, _, key, spacing = max(sizes)
+        raise SceneError(
+            f"{key} {show(spacing, 'm')} gives {sum(size[1] for size in sizes):.3g} nodes and particles, which need at least "
+            f"{memory / 2**30:.1f} GB of memory; this machine has {available / 2**30:.1f} GB"
+        )
+
+
+def _few(found: int, what: str) -> None:
+    if found > MAX_NODES:
+        raise SceneError(f"{what}; at most {MAX_NODES / 1e6:g} million are allowed")
