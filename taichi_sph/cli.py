@@ -31,7 +31,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="A name in scenes/, a .py script or a .json file.")]
+SceneArgument = Annotated[
+    str, typer.Argument(metavar="SCENE", help="A name in scenes/ or of a scene of the package, a .py script or a .json file.")
+]
 QualityOption = Annotated[str | None, typer.Option("--quality", "-q", help="draft, standard or paper.")]
 SetOption = Annotated[
     list[str] | None,
@@ -124,6 +126,15 @@ def validate(
         names = [name for name in parameters_of(path) if name != "quality"]  # their values stand in the first line
         typer.echo(f"  --set takes {', '.join([*names, 'any key such as numerics.spacing'])}")
     typer.echo("valid")
+
+
+@app.command()
+def new(name: Annotated[str, typer.Argument(metavar="NAME", help="The name of the scene, which becomes NAME.py.")]) -> None:
+    """Write a commented scene to start from, into scenes/ where there is such a folder, else here."""
+    from .run.new import write_scene
+
+    path = write_scene(name, SCENES if SCENES.is_dir() else Path())
+    typer.echo(f"written: {path}; try it with: taichi-sph run {path}")
 
 
 @app.command()
@@ -346,6 +357,9 @@ def main(scene: SceneFunction | None = None, arguments: list[str] | None = None)
 
 def _guarded(command: typer.Typer, arguments: list[str] | None, name: str | None = None) -> int:
     """Runs a command; what it has to say about failure is one line on stderr."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")  # a title that the terminal cannot show is no reason to stop
     try:
         return command(args=arguments, prog_name=name, standalone_mode=False) or 0
     except TaichiSphError as error:
@@ -413,16 +427,23 @@ def settings(quality: str | None, pairs: list[str] | None) -> dict[str, Any]:
 
 
 def _find(name: str) -> Path:
-    """A path as it is, or a name in the scenes folder."""
+    """A path as it is, or the name of a scene."""
     path = Path(name)
     if path.suffix or path.is_file():
         return path
-    inside = SCENES / f"{name}.py"
-    if inside.is_file():
-        return inside
-    names = sorted(p.stem for p in SCENES.glob("*.py")) if SCENES.is_dir() else []
-    here = nearest(name, names) if names else f"; there is no folder '{SCENES}' with scenes here"
-    raise SceneError(f"there is no scene '{name}'{here}")
+    for folder in scene_folders():
+        inside = folder / f"{name}.py"
+        if inside.is_file() and not name.startswith("_"):
+            return inside
+    names = {p.stem: None for folder in scene_folders() for p in sorted(folder.glob("[!_]*.py"))}
+    raise SceneError(f"there is no scene '{name}'{nearest(name, names)}")
+
+
+def scene_folders() -> list[Path]:
+    """Where names of scenes are looked for: scenes/ in the folder one works in, then those that came with the package."""
+    package = Path(__file__).resolve().parent
+    shipped = package / "scenes"  # of a wheel; in a checkout they stand beside the package
+    return [folder for folder in (SCENES, shipped if shipped.is_dir() else package.parent / "scenes") if folder.is_dir()]
 
 
 def _start(found: Scene | Study, out: Path | None, overwrite: bool, **how: Any) -> None:

@@ -26,8 +26,6 @@ SHARED = {"nodal"}  # what kinds share
 EXCEPTIONS = {  # module: what it still knows and should not; an entry that is not needed any more fails
     "bodies.fluid.body": {"couplings.wetted"},  # a fluid makes what wets it
     "bodies.fluid.group": {"couplings.wetted"},
-    "couplings.contact.bodies": {"bodies.fluid", "bodies.rigid"},
-    "couplings.contact.multipliers": {"bodies.rigid"},
     "couplings.wetted.wetted": {"bodies.fluid", "bodies.rigid"},
     "observers.leak": {"bodies.fluid", "bodies.shell_sph"},
     "world.instead.modes": {"bodies.shell_sph"},

@@ -4,8 +4,9 @@
     balls      of the groups with many, then the thin balls of discs, then of the groups with few
     discs      one for each mover of the groups that have them
 
-A coupling puts movers on the list (`who`, in the order of their numbers), each group fills the fields of its own part of the list (`offer`),
-the coupling leaves impulses there, and each group takes its own as forces (`take`). Where elements are is asked for by searches only (`look`).
+A coupling puts movers on the list (`who`, in the order of their numbers). Each group fills the fields of its own part of the list
+(`offer`), the coupling leaves impulses there, and each group takes its own as forces (`take`). Searches alone ask where elements are
+(`look`).
 """
 
 import numpy as np
@@ -14,38 +15,38 @@ from .. import runtime
 from ..bodies.body import Now
 from ..bodies.surface import First, Surface
 from ..numerics.turns import eased, turned
-from ..pool import Pool
 from ..runtime import ti
+from .places import Places
 
 
 @ti.data_oriented
-class Port(Pool):
-    """surfaces, in the order of their movers; names and numbers of bodies; n movers, n_discs, n_balls; n_many: balls of groups with many;
-    n_wide: those and the thin ones; n_still: movers that do not turn."""
+class Port(Places):
+    """Places for all movers; surfaces, in the order of their movers; names and number of bodies.
+
+    n movers, n_still of them do not turn; n_discs; n_balls, n_many of them of groups with many, n_wide of them those and the thin ones.
+    """
 
     def __init__(self, surfaces: list[Surface], thin: bool, name: str = "port"):
         """thin: discs have a ball each, for two discs can meet."""
-        super().__init__(name)
         self.surfaces = surfaces = sorted(surfaces, key=lambda s: s.turns)
         self.thin = thin
         self.names = [span.name for s in surfaces for span in s.bodies]
         self.loose = np.array([s.loose for s in surfaces for _ in s.bodies])
         self.n_bodies = len(self.names)
-        self.n = sum(s.n for s in surfaces)
         self.n_still = sum(s.n for s in surfaces if not s.turns)
+        super().__init__(name, sum(s.n for s in surfaces), self.n_still, self.n_bodies)
         self.n_discs = sum(s.n for s in surfaces if s.discs is not None)
         many = [s for s in surfaces if s.balls is not None and not s.few]
         few = [s for s in surfaces if s.balls is not None and s.few]
         self.n_many = sum(len(s.balls.mover) for s in many)
         self.n_wide = self.n_many + (self.n_discs if thin else 0)
         self.n_balls = self.n_wide + sum(len(s.balls.mover) for s in few)
-        movers, bodies, balls, discs = 0, 0, {}, 0
-        count = 0
-        for s in (*many, *few):
-            if s is next(iter(few), None):
-                count = self.n_wide
-            balls[id(s)] = count
-            count += len(s.balls.mover)
+        balls: dict[int, int] = {}
+        for some, count in ((many, 0), (few, self.n_wide)):
+            for s in some:
+                balls[id(s)] = count
+                count += len(s.balls.mover)
+        movers, bodies, discs = 0, 0, 0
         for s in surfaces:
             s.first = First(movers, bodies, balls.get(id(s), 0), self.n_many + discs if thin else 0, discs)
             movers, bodies, discs = movers + s.n, bodies + len(s.bodies), discs + (s.n if s.discs is not None else 0)
@@ -53,14 +54,13 @@ class Port(Pool):
         self._fill()
 
     def _fields(self) -> None:
-        field, n, room = self.field, self.n, self.n
+        field, n = self.field, self.n
         bodies, balls, discs = self.n_bodies, self.n_balls, max(self.n_discs, 1)
         self.body = field("body", n, dtype="i32", doc="body of a mover")
         self.speed = field("speed", bodies, dtype="f64", unit="m/s", doc="of the fastest point of a body")
         self.largest = field("largest", bodies, dtype="f64", unit="m", doc="radius of the largest disc of a body")
         self.due = field("due", bodies, dtype="i32", doc="1: what a body may touch is searched for")
         self.linked = field("linked", bodies, dtype="i32", doc="1: a body that is due has found this one")
-        self.pushed = field("pushed", bodies, dtype="i32", doc="1: the impulses on a body count in this step")
         self.period = field("period", bodies, dtype="i32", doc="steps of the clock that an impulse on a body stands for")
         self.ball_mover = field("ball_mover", balls, dtype="i32", doc="mover of a ball")
         self.ball_body = field("ball_body", balls, dtype="i32", doc="body of a ball")
@@ -76,25 +76,6 @@ class Port(Pool):
         self.disc_x = field("disc_x", discs, 3, "f64", unit="m", doc="place, at the last search")
         self.disc_n = field("disc_n", discs, 3, "f64", doc="director, at the last search")
         self.disc_X = field("disc_X", discs if self.thin else 1, 3, "f64", unit="m", doc="place at t = 0")
-        # by place on the list
-        self.who = field("who", room, dtype="i32", doc="mover at a place of the list")
-        self.whose = field("whose", room, dtype="i32", doc="its body")
-        self.x = field("x", room, 3, "f64", unit="m", doc="place of a mover")
-        self.director = field("director", room, 3, "f64", doc="of a mover with a disc")
-        self.before = field("before", room, 3, "f64", unit="m/s", doc="velocity at n - 1/2")
-        self.free = field("free", room, 3, "f64", unit="m/s", doc="velocity at n + 1/2 if there were no contact (T 3.17)")
-        self.ease = field("ease", room, 3, "f64", unit="1/kg", doc="inverse mass, 0 in the components that are prescribed")
-        self.impulse = field("impulse", room, 3, "f64", unit="N s", doc="on a mover")
-        # by place on the list behind the movers that do not turn
-        turn = max(self.n - self.n_still, 1)
-        self.q = field("q", turn, 4, "f64", doc="turn from t = 0 to now")
-        self.pose = field("pose", turn, 4, "f64", doc="turn of the principal axes")
-        self.moments = field("moments", turn, 3, "f64", unit="kg m2", doc="principal moments of inertia")
-        self.loose_turn = field("loose", turn, dtype="f64", doc="1, and 0 where turning is prescribed")
-        self.spin_before = field("spin_before", turn, 3, "f64", unit="rad/s", doc="spin at n - 1/2")
-        self.spin_free = field("spin_free", turn, 3, "f64", unit="rad/s", doc="spin at n + 1/2 if there were no contact")
-        self.twist = field("twist", turn, 3, "f64", unit="N m s", doc="moment of impulse on a mover")
-        self.turning = 0  # the first place on the list of a mover that turns
 
     def _fill(self) -> None:
         """What does not change: elements, bodies, periods."""

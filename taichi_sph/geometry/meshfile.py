@@ -158,7 +158,7 @@ class _Work:
         if found is None:
             names = list(regions)
             has = f"it has {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}" if names else "it names no regions"
-            raise refused(f"mesh {self.name} has no part '{part}'{nearest(part, names)}; {has}")
+            raise refused(f"mesh {self.name} has no part '{part}'{nearest(part, names) if names else ''}; {has}")
         rows = np.sort(regions[found])
         self.cells, self.cell = self.cells[rows], self.cell[rows]
 
@@ -229,7 +229,7 @@ class _Work:
         if noisy.any():
             row = int(np.argmax(noisy))
             self.notes.append(
-                f"{int(noisy.sum())} nodes merged with others within {SEAM:g} of their cells (the first: {self.node_name(row)} with "
+                f"{_some(noisy, 'node')} merged with others within {SEAM:g} of their cells (the first: {self.node_name(row)} with "
                 f"{self.node_name(int(onto[row]))}, at {_place(self.points[row])}); merge = False keeps slits open"
             )
         kept = ~gone
@@ -272,7 +272,7 @@ class _Work:
         part = d / np.minimum(reach[i], reach[j]) if len(i) else d
         slit = part <= SEAM
         if slit.any():
-            self.notes.append(f"{int(slit.sum())} pairs of nodes in one place kept: slits of zero width stay open")
+            self.notes.append(f"{_some(slit, 'pair')} of nodes in one place kept: slits of zero width stay open")
         i, j, d, part = i[~slit], j[~slit], d[~slit], part[~slit]
         if len(i):
             self.refuse(
@@ -342,7 +342,7 @@ class _Work:
         turned = np.bincount(piece, flip, minlength=pieces) > 0.5 * np.bincount(piece, minlength=pieces)
         flip ^= turned[piece]  # most of a piece's cells keep their direction
         if flip.any():
-            self.notes.append(f"{int(flip.sum())} cells turned round, as most of their piece say")
+            self.notes.append(f"{_some(flip, 'cell')} turned round, as most of their piece say")
         self.cells = _turned(cells, flip)
         closed = np.bincount(piece[owner[order[starts[uses == 1]]]], minlength=pieces) == 0
         vectors = self.area_vectors()
@@ -356,7 +356,7 @@ class _Work:
             six = sum(np.einsum("mi,mi->m", p[:, 0], np.cross(p[:, k], p[:, k + 1])) for k in (1, 2))
             inward = closed & (np.bincount(piece, six, minlength=pieces) < 0)
             if inward.any():
-                self.notes.append(f"{int(inward.sum())} closed piece{'s' if inward.sum() > 1 else ''} turned outward")
+                self.notes.append(f"{_some(inward, 'closed piece')} turned outward")
             self.cells = _turned(self.cells, inward[piece])
         area = self.area_vectors()
         normal = area / np.linalg.norm(area, axis=1)[:, None]
@@ -430,6 +430,10 @@ def _turned(cells: np.ndarray, which: np.ndarray) -> np.ndarray:
     result[three] = cells[three][:, [0, 2, 1, 3]]
     result[four] = cells[four][:, [0, 3, 2, 1]]
     return result
+
+
+def _some(which: np.ndarray, what: str) -> str:
+    return f"{int(which.sum())} {what}{'' if which.sum() == 1 else 's'}"
 
 
 def _place(point: np.ndarray) -> str:

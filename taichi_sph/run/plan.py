@@ -21,6 +21,7 @@ from ..geometry.regions import inside
 from ..geometry.surfaces import mesh_of
 from ..output import files
 from ..scene import Body, Numerics, Scene, Shell
+from ..scene.plausible import MAX_STEPS
 from ..scene.surfaces import Given, Plate
 from ..scene.units import show
 from .counts import check_counts
@@ -113,8 +114,14 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6) -> Plan:
     nodes = sum(body.nodes for body in bodies)
     dt = min(body.dt / body.every for body in bodies)  # of the clock
     dt = dt if math.isfinite(dt) else scene.duration / 100  # what follows any other body, alone
-    steps = math.ceil(scene.duration / dt)
+    steps = math.ceil(min(scene.duration / dt, 1e300)) if dt > 0 else 10**300
     work = steps  # evaluations of the forces
+    if scene.increments is None and steps > MAX_STEPS:
+        slowest = min(bodies, key=lambda body: body.dt / body.every)
+        raise SceneError(
+            f"duration {show(scene.duration, 's')} takes about {steps:.2g} time steps of {show(dt, 's')}, which '{slowest.name}' asks for; "
+            f"at most {MAX_STEPS // 1_000_000} million are allowed"
+        )
     if scene.increments is not None:
         steps = scene.increments
         dt, work = scene.duration / steps, steps * RELAXATION

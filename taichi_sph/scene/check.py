@@ -43,7 +43,9 @@ _SAID = {
 def sentence(error: ValidationError, model: type | None = None) -> str:
     """The first error in full, and how many more there are. `model` is the type that was validated."""
     problems = error.errors(include_url=False)
-    first = min(problems, key=lambda problem: problem["type"] != "extra_forbidden")  # a misspelt key explains a missing one
+    first = min(
+        problems, key=lambda p: (p["type"] != "extra_forbidden", p["loc"][:1] == ("parameters",))
+    )  # a misspelt key explains a missing one
     loc, annotations = _readable(first["loc"], model)
     text = _one(first, loc, annotations)
     others = dict.fromkeys(_path(_readable(p["loc"], model)[0]) or "?" for p in problems if p is not first)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 MAX_NODES = 50_000_000
 MAX_STEPS = 20_000_000
+LEAST = 1e-9  # m: of a spacing, a thickness
 TIMELESS = ("static", "modes", "limit")  # what a scene may ask for instead of a motion
 
 
@@ -68,6 +69,13 @@ def names(s: Scene) -> None:
 
 def scene(s: Scene) -> None:
     """What no body checks for itself: what is asked for, probes, quantities, and the size of the computation."""
+    if not s.title.isprintable():
+        raise ValueError(f"title = {s.title!r} holds a line break or another sign that is not printed; write it on one line")
+    if s.numerics.spacing < LEAST:
+        raise ValueError(f"numerics.spacing {s.numerics.spacing:.4g} m is below {show(LEAST, 'm')}, a few atoms")
+    for shell in s.shells:
+        if shell.thickness < LEAST:
+            raise ValueError(f"{s.key_of(shell)}.thickness {shell.thickness:.4g} m is below {show(LEAST, 'm')}, a few atoms")
     if s.walls and not s.fluids:
         raise ValueError("walls hold fluids, and the scene has none: leave them out or add a fluid")
     own = any(shell.self_contact for shell in s.shells)

@@ -93,12 +93,24 @@ def to_si(text: str, unit: Unit) -> float:
     return float(top) / float(bottom or 1.0) * factor
 
 
+LIGHT = 299_792_458.0  # m/s
+
+
+def _sensible(value: float, unit: Unit) -> float:
+    if unit.symbol == "m/s" and abs(value) >= LIGHT and math.isfinite(value):
+        raise ValueError(f"is faster than light ({LIGHT:.4g} m/s)")
+    return value
+
+
 def _validator(unit: Unit) -> BeforeValidator:
     def convert(value: Any) -> float:
         if isinstance(value, str):
-            return to_si(value, unit)
+            return _sensible(to_si(value, unit), unit)
         if isinstance(value, numbers.Real) and not isinstance(value, bool):
-            return float(value)
+            try:
+                return _sensible(float(value), unit)
+            except OverflowError:
+                raise ValueError(f"is larger than any {unit.dimension}") from None
         raise ValueError(f"is not {unit.named} such as {unit.shown}")
 
     return BeforeValidator(convert)

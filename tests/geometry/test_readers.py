@@ -345,7 +345,7 @@ def test_seams_and_noise_are_merged_and_said(tmp_path):
     mesh = read_mesh(text_of(tmp_path, "m.obj", obj(apart, np.arange(len(apart)).reshape(-1, 4))))
     assert len(mesh.points) == len(points) and "closed" in report(mesh) and "nodes merged with others within 0.001" in report(mesh)
     noisy = stl_text(points, quads).replace(b"vertex 0.0 0.0 0.0", b"vertex 0.00002 0.0 0.0", 1)
-    assert "nodes merged with others" in report(read_mesh(text_of(tmp_path, "m.stl", noisy)))
+    assert "merged with others" in report(read_mesh(text_of(tmp_path, "m.stl", noisy)))
     clean = report(read_mesh(text_of(tmp_path, "c.stl", stl_text(points, quads))))
     assert "merged" not in clean
 
@@ -383,7 +383,7 @@ def test_most_of_a_piece_says_where_out_is(tmp_path):
         some = quads.copy()
         some[turned] = some[turned][:, ::-1]
         mesh = read_mesh(text_of(tmp_path, "m.obj", obj(points, some)))
-        assert volume(mesh) == pytest.approx(0.012) and f"{len(turned)} cells turned round" in report(mesh)
+        assert volume(mesh) == pytest.approx(0.012) and "turned round, as most of their piece say" in report(mesh)
     wall = quads[:8].copy()  # open: nothing but its cells says where out is
     normal = read_mesh(text_of(tmp_path, "w.obj", obj(points, wall))).area_vectors
     wall[0] = wall[0, ::-1]

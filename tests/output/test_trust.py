@@ -148,7 +148,7 @@ LIES: dict[str, tuple[Callable[[Path], None], str]] = {
     "steps": (attribute("VTKHDF/Steps/NSteps", 10**12), "other times than steps"),
     "corner": (value("VTKHDF/Connectivity", 10**9), "cells are not what was written"),
     "corners": (value("VTKHDF/Offsets", 0), "cells are not what was written"),
-    "kind": (attribute("VTKHDF/Kind", np.bytes_("ghost")), "no kind of body 'ghost'"),
+    "kind": (attribute("VTKHDF/Kind", np.bytes_("A ghost")), "no kind of body 'A ghost'"),
     "kind, a number": (attribute("VTKHDF/Kind", 7), "not a frames file"),
     "offset": (value("VTKHDF/Steps/PointOffsets", 10**9), "ends before its last step"),
     "offset of data": (value("VTKHDF/Steps/CellDataOffsets/damage", -1), "ends before its last step"),

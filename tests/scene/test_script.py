@@ -16,7 +16,7 @@ from taichi_sph.scene import Scene, Study, derive, dump, load, load_scene, param
 
 from .examples import GOOD, spoiled
 
-SCENES = sorted((Path(__file__).parents[2] / "scenes").glob("*.py"))
+SCENES = sorted((Path(__file__).parents[2] / "scenes").glob("[!_]*.py"))
 
 HEADER = """
 from typing import Literal

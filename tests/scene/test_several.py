@@ -80,7 +80,7 @@ BAD = [
     ({"output.probes.0.body": "water_left"}, "output.probes[0].body: 'water_left' is a fluid; probes of it are not possible yet"),
     ({"meetings.0.between": ["first", "secnd"]}, "meetings[0].between: there is no body 'secnd'; did you mean 'second'?"),
     ({"meetings.0.between": ["first", "first"]}, "meetings[0].between: 'first' twice"),
-    ({"meetings.0.between": ["first", "left"]}, "meetings[0].restitution is Newton's, of two rigid bodies; shell 'left' bounces by itself"),
+    ({"meetings.0.between": ["first", "water_left"]}, "meetings[0].restitution is of solids; fluid 'water_left' bounces by its pressure"),
     ({"meetings.0.friction": 0.3}, "meetings[0].friction = 0.3 is not possible yet"),
     ({"meetings.1": {"between": ["second", "first"]}}, "meetings[1]: 'second' and 'first' have a meeting already"),
     ({"springs.0.between": [None, None]}, "springs[0].between names no body"),

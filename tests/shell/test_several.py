@@ -5,8 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from taichi_sph import runtime
+from taichi_sph.bodies.body import Entries, Now
+from taichi_sph.couplings.coupling import Coupling
+from taichi_sph.errors import RunStopped
 from taichi_sph.runtime import ti
 from taichi_sph.scene import (
+    Ball,
     Box,
     Collocation,
     Cut,
@@ -18,14 +23,19 @@ from taichi_sph.scene import (
     NodalForce,
     NodalMoment,
     Numerics,
+    Output,
     Plate,
     Power,
     PrescribedVelocity,
+    Probe,
     Scene,
     Shell,
+    Static,
     SurfacePressure,
 )
 from taichi_sph.world.world import World
+
+from ..exact import restarts_exactly, threads_change_nothing
 
 D = 1e-3  # m
 SIDE = 10 * D
@@ -151,3 +161,231 @@ def instances() -> dict[str, int]:
     """How often each kernel of the package has been compiled since the start."""
     made = [k for k in ti.lang.impl.get_runtime().kernels if k.compiled_kernels and k.func.__module__.startswith("taichi_sph.")]
     return {f"{k.func.__module__}.{k.func.__qualname__}": len(k.compiled_kernels) for k in made}
+
+
+def other(name: str, origin: tuple[float, float, float]) -> tuple[Shell, dict]:
+    """As `hit`, of another metal, thinner and coarser."""
+    made, loads = hit(name, origin)
+    softer = Material(**METAL | {"name": "aluminium", "young": 70e9, "density": 2700.0, "strength": Power(A=1e8, B=2e8, n=0.6)})
+    return made.model_copy(update={"thickness": 1.2e-3, "material": softer, "spacing": 1.25 * D, "cells": "triangle"}), loads
+
+
+def test_plates_of_other_numbers_stand_in_one_group():
+    """Each moves as alone but for rounding: the order in which a row meets its neighbours follows the largest support."""
+    one, two = hit("one", (0.0, 0.0, 0.0)), other("two", (0.0, 2 * SIDE, 0.0))
+    pair = World(together(one, two))
+    assert [group.bodies[1].name for group in pair.groups] == ["two"]
+    dt = pair.dt
+    stepped(pair, 40)
+    found = {name: arrays(pair, name) for name in ("one", "two")}
+    assert found["two"]["plastic"].max() > 1e-4
+    for part in (one, two):
+        name = part[0].name
+        mine = arrays(stepped(World(together(part)), 40, dt), name)
+        for key in ("points", "velocity", "director", "plastic", "strain", "thickness"):
+            scale = np.abs(mine[key] - (mine["reference"] if key == "points" else 0.0)).max()
+            assert np.abs(found[name][key] - mine[key]).max() < 1e-9 * scale, (name, key)
+        assert np.array_equal(found[name]["cells"], mine["cells"])
+
+
+def test_largest_frequencies_are_those_of_the_bodies():
+    """Bit for bit: the iterations of two bodies share the evaluations of the operator, nothing else."""
+    from taichi_sph.bodies.shell_sph.stable_dt import largest_frequencies
+
+    one, two = torn("one", (0.0, 0.0, 0.0), "galerkin"), torn("two", (0.0, 2 * SIDE, 0.0), "galerkin")
+    stiff = two[0].model_copy(update={"material": Material(**CONCRETE | BRITTLE | {"young": 64e9})})
+    two = (stiff, two[1])
+    both, _ = largest_frequencies(World(together(one, two)).shell)
+    alone = [largest_frequencies(World(together(part)).shell)[0][0] for part in (one, two)]
+    assert both.tolist() == alone
+    assert both[1] == pytest.approx(2**0.5 * both[0], rel=1e-3)
+
+
+def test_other_laws_make_another_group():
+    """Each group has pools of its own name; the bodies move as they do alone."""
+    one, two = torn("one", (0.0, 0.0, 0.0), "galerkin"), hit("two", (0.0, 2 * SIDE, 0.0))
+    parts = (one, two)
+    pair = World(together(*parts))
+    assert [[body.name for body in group.bodies] for group in pair.groups] == [["one"], ["two"]]
+    names = [f"{pool.name}.{field}" for pool in pair.pools for field in pool.entries]
+    assert len(names) == len(set(names)) and {"nodes.u", "nodes_2.u", "galerkin_2.rows.coef", "loads_2.force.total"} & set(names)
+    run = runtime.current()
+    assert set(names) <= set(run.fields) and sum(run.fields.values()) == run.bytes, "no field takes the place of another"
+    dt = pair.dt
+    stepped(pair, 30)
+    found = {name: arrays(pair, name) for name in ("one", "two")}
+    for part in parts:
+        alone = stepped(World(together(part)), 30, dt)
+        assert differing(found[part[0].name], arrays(alone, part[0].name)) == []
+
+
+LOADS = {
+    "forces": NodalForce(body="two", where=Box(), total=(0.0, 50.0, 20.0)),
+    "moments": NodalMoment(body="two", where=Box(), total=(0.3, 0.0, 0.0)),
+    "pressures": SurfacePressure(body="two", value=1e4),
+    "motions": PrescribedVelocity(body="two", where=Ball(centre=(0, 0, 0), radius=0.1), velocity=(0.1, None, 0.2)),
+    "initial": InitialVelocity(body="two", velocity=(0.0, 0.0, 0.5)),
+}
+
+
+def test_loads_act_on_their_body_alone():
+    """All kinds of loads at once on the second of two plates that lie in each other: the first does not stir."""
+    plates = [shell(name, (0.0, 0.0, 0.0), motion="free") for name in ("one", "two")]
+    output = Output(probes=[Probe(name=f"of_{name}", body=name, point=(SIDE, SIDE, 0.0)) for name in ("one", "two")])
+    sim = stepped(World(scene(plates, output=output, **{key: [load] for key, load in LOADS.items()})), 20)
+    first, second = arrays(sim, "one"), arrays(sim, "two")
+    assert not first["velocity"].any() and np.array_equal(first["points"], first["reference"])
+    assert second["velocity"].any(axis=1).all()
+    probes = sim.probes()
+    assert not any(probes["of_one"].values()) and probes["of_two"]["v_z"] == second["velocity"][-1, 2] != 0.0
+    assert abs(sim.energies()["closed_residual_percent"]) < 1e-3
+
+
+def test_a_cut_is_of_its_body():
+    """Two plates in one place: the cut of the second breaks no cell and no link of the first."""
+    cut = Cut(start=(0.0, 0.5 * SIDE, 0.0), end=(0.5 * SIDE, 0.5 * SIDE, 0.0))
+    material = CONCRETE | BRITTLE
+    sim = World(scene([shell("one", (0.0, 0.0, 0.0), material=material), shell("two", (0.0, 0.0, 0.0), material=material, cuts=[cut])]))
+    group = sim.shell
+    rows = group.internal.rows
+    of_row, hidden = runtime.get(rows.body, rows.n), runtime.get(rows.cut, rows.pairs)
+    row = np.repeat(np.arange(rows.n), np.diff(runtime.get(rows.start, rows.n + 1)))
+    assert not arrays(sim, "one")["broken"].any() and arrays(sim, "two")["broken"].any()
+    assert not hidden[of_row[row] == 0].any() and hidden[of_row[row] == 1].any()
+    sources = runtime.get(rows.source, rows.pairs)
+    assert np.array_equal(runtime.get(group.nodes.body, group.nodes.n)[sources], of_row[row])
+
+
+def test_the_watchdog_names_the_body():
+    sim = World(scene([shell("one", (0.0, 0.0, 0.0)), shell("two", (0.0, 2 * SIDE, 0.0))]))
+    nodes = sim.shell.nodes
+    v = runtime.get(nodes.v, nodes.n)
+    v[sim.shell.bodies[1].first + 7] = [1e6, 0.0]
+    runtime.put(nodes.v, v)
+    with pytest.raises(RunStopped, match=r"shell 'two': node 7 at \("):
+        sim.look()
+
+
+def test_several_shells_come_to_rest_together():
+    """Bit for bit as alone where they need the same number of steps, and to the residual where they do not."""
+
+    def bent(name: str, y: float, total: float, thickness: float) -> tuple[Shell, dict]:
+        held = [PrescribedVelocity(body=name, where=end(0, 1e-6, False), velocity=(0, 0, 0), spin=(0, 0, 0))]
+        forces = [NodalForce(body=name, where=end(0, SIDE - 1e-6, True), total=(0.0, 0.0, total))]
+        return shell(name, (0.0, y, 0.0), motion="free", thickness=thickness), {"motions": held, "forces": forces}
+
+    static = {"static": Static(increments=2, residual=1e-7), "duration": 1.0}
+    parts = bent("one", 0.0, 1.0, 2e-3), bent("two", 2 * SIDE, 1.0, 2e-3), bent("three", 4 * SIDE, 0.5, 1.5e-3)
+
+    def settled(*some: tuple[Shell, dict]) -> World:
+        sim = World(together(*some, **static))
+        sim.advance(2)
+        return sim
+
+    alone = {part[0].name: arrays(settled(part), part[0].name) for part in parts}
+    twins = settled(*parts[:2])
+    assert twins.status()["residual"] < 1e-7
+    for name in ("one", "two"):
+        assert differing(arrays(twins, name), alone[name]) == []
+    three = settled(*parts)
+    for name in alone:
+        off = np.abs(arrays(three, name)["points"] - alone[name]["points"]).max()
+        assert off < 1e-5 * np.abs(alone[name]["points"] - alone[name]["reference"]).max()
+
+
+# --- steps of one's own -------------------------------------------------------------------------------
+
+
+def swinging(every: tuple[int, int], **more) -> Scene:
+    """Two plates that swing: held along one side, the rest starts to move; and a force on each."""
+    parts = []
+    for k, name in enumerate(("one", "two")):
+        y = 2 * SIDE * k
+        loads = {
+            "motions": [PrescribedVelocity(body=name, where=end(0, 1e-6, False), velocity=(0, 0, 0), spin=(0, 0, 0))],
+            "initial": [InitialVelocity(body=name, where=end(0, 0.7 * SIDE, True), velocity=(0.0, 0.01, 0.02))],
+            "forces": [NodalForce(body=name, where=end(0, SIDE - 1e-6, True), total=(0.0, 0.0, 0.1))],
+            "moments": [NodalMoment(body=name, where=end(0, SIDE - 1e-6, True), total=(0.0, 1e-5, 0.0))],
+        }
+        parts.append((shell(name, (0.0, y, 0.0), motion="free", every=every[k]), loads))
+    return together(*parts, **more)
+
+
+class Pushes(Coupling):
+    """Pushes a node at every step of the clock, as contact does, and books the work as contact does."""
+
+    def __init__(self, group, node: int, force: float):
+        self.nodes, self.node, self.force, self.work, self.ahead = group.nodes, node, force, 0.0, 0.0
+
+    def correct(self, now: Now) -> None:
+        v = float(self.nodes.v[self.node][2])
+        f = self.force * np.cos(0.7 * now.step)
+        self.work += 0.5 * self.ahead * now.dt_before * v + 0.5 * now.dt_before * f * v
+        self.ahead = f
+        self.nodes.force[self.node][2] += f
+
+    def entries(self) -> Entries:
+        return Entries(external=self.work)
+
+
+def test_a_plate_of_two_steps_is_one_at_twice_the_step():
+    """With nothing else around, the blows are the leap-frog at twice the step; its neighbour does not notice. The ledger closes."""
+    sim = World(swinging((1, 2)))
+    clock = 0.5 * sim.dt
+    stepped(sim, 80, clock)
+    assert [group.every for group in sim.groups] == [1, 2] and sim.every == 2
+    found, ledger = {name: arrays(sim, name) for name in ("one", "two")}, sim.energies()
+    whole = stepped(World(swinging((1, 1))), 40, 2 * clock)
+    mine = arrays(whole, "two")
+    for key in ("points", "velocity", "director", "strain"):
+        scale = np.abs(mine[key] - (mine["reference"] if key == "points" else 0.0)).max()
+        assert np.abs(found["two"][key] - mine[key]).max() < 1e-9 * scale, key
+    fine = stepped(World(swinging((1, 1))), 80, clock)
+    mine = arrays(fine, "one")
+    assert np.abs(found["one"]["velocity"] - mine["velocity"]).max() < 1e-9 * np.abs(mine["velocity"]).max()
+    print("closed", ledger["closed_residual_percent"], fine.energies()["closed_residual_percent"], "lag", ledger["lag"], ledger["kinetic"])
+    assert abs(ledger["closed_residual_percent"]) < 1e-4
+
+
+@pytest.mark.long
+def test_two_steps_agree_with_one_to_second_order():
+    off, clock = [], 0.5 * World(swinging((1, 2))).dt
+    for halves in (1, 2):
+        dt, steps = clock / halves, 80 * halves
+        coarse = stepped(World(swinging((1, 2))), steps, dt)
+        points, ledger = arrays(coarse, "two")["points"], coarse.energies()
+        fine = stepped(World(swinging((1, 1))), steps, dt)
+        mine, energies = arrays(fine, "two"), fine.energies()
+        off.append(np.abs(points - mine["points"]).max() / np.abs(mine["points"] - mine["reference"]).max())
+        assert ledger["elastic"] == pytest.approx(energies["elastic"], rel=0.05)
+        assert ledger["external"] == pytest.approx(energies["external"], rel=0.02)
+    print("off", off)
+    assert off[1] < 0.3 * off[0] and off[0] < 0.02
+
+
+def test_the_ledger_closes_when_others_push_between_two_steps():
+    closed = []
+    for every in (1, 2):
+        sim = World(swinging((1, every)))
+        clock = 0.25 * every * sim.dt
+        group = sim.groups[-1]
+        sim.couplings.append(Pushes(group, group.of("two").nodes.first + 60, 0.5))
+        stepped(sim, 80, clock)
+        e = sim.energies()
+        closed.append(e["closed_residual_percent"])
+        assert every == 1 or abs(e["lag"]) > 1e-4 * e["external"]
+    print("closed", closed)
+    assert max(map(abs, closed)) < 1e-3
+
+
+def mixed() -> Scene:
+    """Two cracked plates of one law, half a spacing apart, and a metal one that takes two steps at once."""
+    metal, loads = hit("three", (0.0, 4 * SIDE, 0.0))
+    metal = metal.model_copy(update={"every": 2})
+    return together(torn("one", (0.0, 0.0, 0.0), "galerkin"), torn("two", NEAR, "galerkin"), (metal, loads))
+
+
+def test_restart_and_threads():
+    """Bit for bit, for shells of two laws and of two steps, from a step at which not all are due."""
+    restarts_exactly(lambda: World(mixed()), 121, 60)
+    threads_change_nothing(lambda threads: World(mixed(), threads=threads), 180)

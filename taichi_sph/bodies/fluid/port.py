@@ -1,5 +1,7 @@
 """Particles as couplings see them: movers that do not turn, a ball each."""
 
+from typing import Any
+
 import numpy as np
 
 from ...runtime import ti
@@ -16,7 +18,7 @@ class FluidSurface(Surface):
 
     loose = True
 
-    def __init__(self, group):
+    def __init__(self, group: Any) -> None:
         self.group, self.p = group, group.body.p
         self.bodies, self.n = group.bodies, self.p.n
         self.length = self.p.spacing
@@ -37,14 +39,14 @@ class FluidSurface(Surface):
     def meets(self) -> None:
         self.group.pushed = True
 
-    def look(self, port, places: bool) -> None:
+    def look(self, port: Any, places: bool) -> None:
         _look(port, self.p, self.n, len(self.bodies), self.first.body, self.first.ball, int(places))
 
-    def offer(self, port, first: int, last: int, now: Now) -> None:
+    def offer(self, port: Any, first: int, last: int, now: Now) -> None:
         times = self.period if now.due(self.group) else 0
         _offer(port, self.p, first, last, self.first.mover, now.kick, times)
 
-    def take(self, port, first: int, last: int, now: Now) -> None:
+    def take(self, port: Any, first: int, last: int, now: Now) -> None:
         if now.due(self.group):
             _take(port, self.p, first, last, self.first.mover, 1.0 / now.kick, self.period)
 

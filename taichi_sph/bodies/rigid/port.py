@@ -1,5 +1,7 @@
 """Rigid bodies as couplings see them: movers that turn, each with several balls."""
 
+from typing import Any
+
 import numpy as np
 
 from ...numerics.turns import product, turned
@@ -14,7 +16,7 @@ class RigidSurface(Surface):
 
     turns, few = True, True
 
-    def __init__(self, group):
+    def __init__(self, group: Any) -> None:
         self.group, self.rigids = group, group.rigids
         rigids = self.rigids
         self.bodies, self.n = group.bodies, rigids.n
@@ -22,13 +24,13 @@ class RigidSurface(Surface):
         self.length = 0.5 * float(rigids.ball_radius.min())
         self.balls = Balls(rigids.ball_body, rigids.ball_body, np.repeat(rigids.ball_radius[:, None], 2, axis=1), rigids.ball_arm)
 
-    def look(self, port, places: bool) -> None:
+    def look(self, port: Any, places: bool) -> None:
         _look(port, self.rigids, self.n, self.rigids.n_balls, self.first.body, self.first.ball, int(places))
 
-    def offer(self, port, first: int, last: int, now: Now) -> None:
+    def offer(self, port: Any, first: int, last: int, now: Now) -> None:
         _offer(port, self.rigids, first, last, self.first.mover, port.turning, now.kick)
 
-    def take(self, port, first: int, last: int, now: Now) -> None:
+    def take(self, port: Any, first: int, last: int, now: Now) -> None:
         _take(port, self.rigids, first, last, self.first.mover, port.turning, 1.0 / now.kick)
 
 

@@ -6,15 +6,16 @@
     node force      f_i   = A_i sum_s n^a_s (a_a . grad Phi_s)(X_i)          order-1 MLS from the cells (T 2.27)
     on the director g_i   = A_i sum_s [ m^a_s (a_a . grad Phi_s) - Phi_s q_s ]                          (T 2.28)
 
-Free edges (T 2.2.3.2): the nodes of the border, and those of broken cells (T 2.3.6.1), join their own
-neighbourhood with zero stress. Strain and divergence are not each other's transpose, so energy is not
-conserved by construction: B(%) shows what that costs, and viscosity and filters keep it calm.
+Free edges (T 2.2.3.2): the nodes of the border, and those of broken cells (T 2.3.6.1), join their own neighbourhood with zero stress.
+The divergence is not the transpose of the strain. Therefore the form does not conserve energy by construction: B(%) shows what that
+costs, and viscosity and filters keep the motion calm.
 """
 
 import numpy as np
 
 from ... import runtime
 from ...geometry.mesh import SurfaceMesh, tangent_frames
+from ...numerics.reduce import Reducer
 from ...pool import Pool
 from ...runtime import ti
 from .build import Model, bounded_shear, by_cell, by_node, cell_spacing, centred
@@ -156,15 +157,15 @@ class Collocation(Pool):
         if links is self.strains:
             _stresses_touched(self, n_touched)
 
-    def stored(self, reducer) -> float:
+    def stored(self, reducer: Reducer) -> float:
         """Nothing beside the cells stores energy."""
         return 0.0
 
-    def lost(self, reducer) -> float:
+    def lost(self, reducer: Reducer) -> float:
         """Nothing beside the cells is damaged."""
         return 0.0
 
-    def dissipated(self, reducer) -> float:
+    def dissipated(self, reducer: Reducer) -> float:
         """Nothing beside the cells yields."""
         return 0.0
 

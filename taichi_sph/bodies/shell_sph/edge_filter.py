@@ -2,8 +2,8 @@
 
     f_i = -m_i omega (v_i - sum_j Phi_ij v_j)        Phi: order-0 MLS (Shepard) over the visible neighbours
 
-The thesis takes a share eta = 1 % of the difference in every step of 0.15 D/c; as a rate, omega = eta c / (0.15 D),
-what it takes per unit of time does not depend on the step. Only the nodes of broken cells are filtered.
+The thesis takes a share eta = 1 % of the difference in every step of 0.15 D/c. As a rate, omega = eta c / (0.15 D), the filter takes the
+same per unit of time whatever the step. Only the nodes of broken cells are filtered.
 """
 
 from collections.abc import Sequence

@@ -8,33 +8,35 @@
                             on the director -A sum_s (g_ea m^a + w_e q)
     node force      f_i   = sum_e Phi_ei f_e
 
-Neighbouring cells share their edge means, so the internal forces of a constant stress cancel to rounding
-wherever the nodes are (patch test), forces and moments sum to zero, and free edges are natural.
+Neighbouring cells share their edge means. Therefore the internal forces of a constant stress cancel to rounding wherever the nodes
+are (patch test), forces and moments sum to zero, and free edges are natural.
 
-What the cells cannot see is held by one residual per node, against its own order-2 fit in its tangent plane:
+**Residuals.** The cells do not see all modes of the nodes. A residual at each node holds the rest: the distance of the node from its
+own order-2 fit in its tangent plane,
 
     r_i = u_i - sum_j Phi_j u_j - c_i d_i,    energy 1/2 (k_t |r|^2 + (k_n - k_t) (r . n)^2),
-    k_t = gamma E e/(1-nu^2) A_i/D_i^2,  k_n = gamma G_s A_i/D_i^2,  both times (1 - D_r) around i
+    k_t = gamma E e/(1-nu^2) A_i/D_i^2,  k_n = gamma G_s A_i/D_i^2,  both times (1 - D_r) around i.
 
-and the same for d with the bending stiffness. c_i is what the fit leaves of the reference surface itself (along
-N_i; zero where flat): it turns with the director, so a rigid motion feels nothing. Of the directors it may leave a
-part t_i across N_i as well, near a corner between two walls; that one is written as a sum of nodes, t_i = sum_j b_ij
-X_j, and turns with them: - sum_j b_ij u_j. Quadratic fields feel nothing either. Edges and residuals are rows of one sparse operator:
-the step gathers twice and never scatters.
+The director d has a residual of the same form, with the bending stiffness. The fit does not meet a curved reference surface: c_i is
+the part of the surface along N_i that the fit misses, and is zero where the surface is flat. The term c_i d_i turns with the director,
+so a rigid motion has no residual. Near a corner between two walls the fit of the directors also misses a part t_i across N_i. This part
+is written as a sum over nodes, t_i = sum_j b_ij X_j, and turns with the nodes: the residual of the director loses sum_j b_ij u_j.
+Quadratic fields have no residual either. Edges and residuals are rows of one sparse operator: a step gathers twice and never scatters.
 
-Around a metal the residual yields too: with q^2 = 2 x energy, force and energy are those of q = |r|_k - rho, 0 <= q <= q_y,
-where the slip rho grows while q stays at q_y = sqrt(k_t) D sigma_y (1 - nu^2) / E, the pull of a residual of one yield
-strain over one spacing, and follows |r|_k down when r shrinks. Elastic, it would store far more than the cells do wherever
-they have flowed. The force stays along r, so momenta are kept, and q_y d rho is booked as plastic.
+**Slip.** Around a metal the residual yields too. With q^2 = 2 x energy, force and energy are those of q = |r|_k - rho, 0 <= q <= q_y.
+The slip rho grows while q stays at q_y = sqrt(k_t) D sigma_y (1 - nu^2) / E, the pull of a residual of one yield strain over one
+spacing; rho follows |r|_k down when r shrinks. An elastic residual would store far more than the cells do wherever they have flowed.
+The force stays along r, so momenta are kept. The work q_y d rho is booked as plastic.
 
-Transverse shear is bounded in thin shells, G_s = k G e / (1 + alpha (D/e)^2) with k = 5/6: the error is O(D^2),
-of the order of the discretisation itself, and nothing changes where e > D (docs/method.md).
+**Shear.** The transverse shear of a thin shell is bounded, G_s = k G e / (1 + alpha (D/e)^2) with k = 5/6. The error is O(D^2), of the
+order of the discretisation itself, and nothing changes where e > D (docs/method.md).
 """
 
 import numpy as np
 
 from ... import runtime
 from ...geometry.mesh import SurfaceMesh, tangent_frames
+from ...numerics.reduce import Reducer
 from ...pool import Pool
 from ...runtime import ti
 from .build import Model, bounded_shear, by_cell, by_node, cell_spacing
@@ -171,15 +173,15 @@ class Galerkin(Pool):
         _break_blind(self.rows, self.cells, self.n_edges, n_touched)
         _cell_forces_touched(self, n_touched, self.n_edges)
 
-    def stored(self, reducer) -> float:
+    def stored(self, reducer: Reducer) -> float:
         """Energy in the residuals [J]."""
         return reducer.total(self.residual, self.nodes.n)
 
-    def lost(self, reducer) -> float:
+    def lost(self, reducer: Reducer) -> float:
         """What damage took from the residuals [J]."""
         return reducer.total(self.residual_lost, self.nodes.n) if self.material.damages else 0.0
 
-    def dissipated(self, reducer) -> float:
+    def dissipated(self, reducer: Reducer) -> float:
         """What plastic flow took from the residuals [J]."""
         return reducer.total(self.slipped, self.nodes.n) if self.material.yields else 0.0
 

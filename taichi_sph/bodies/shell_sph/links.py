@@ -1,16 +1,17 @@
 """Frozen neighbourhoods with MLS coefficients: rows (where something is evaluated) x sources (what is summed).
 
-A row is evaluated at one or two points of the reference surface (two: the Gauss points of an edge, whose
-mean is kept) and sums sources of its own body alone. Its coefficients are
+A row is evaluated at one or two points of the reference surface. Two points are the Gauss points of an edge, and the row keeps their
+mean. A row sums sources of its own body alone. Its coefficients are
 
     "value"     mean of Phi_j                        edge means of the galerkin form
-    "residual"  delta_ij - Phi_j at node i           what stabilises it
+    "residual"  delta_ij - Phi_j at node i           what stabilises the galerkin form
     "gradient"  (Phi_j,1, Phi_j,2)                   the collocation form; with `values` Phi_j as the third
 
-The pattern never grows after t = 0: rupture cuts links (bit by bit, one bit per evaluation point) and the
-MLS of the touched rows is made anew (T 2.3.6.4). The transposed list lets each source gather what its rows
-send back, in a fixed order and without atomics.
+The pattern never grows after t = 0. A rupture cuts links, bit by bit, one bit per evaluation point, and the MLS of the touched rows is
+made anew (T 2.3.6.4). The transposed list lets each source gather what the rows send back, in a fixed order and without atomics.
 """
+
+from typing import Any
 
 import numpy as np
 
@@ -32,9 +33,9 @@ class Links(Pool):
         self,
         name: str,
         *,
-        sources,  # field (S, 3) f64: reference positions of the sources
+        sources: Any,  # field (S, 3) f64: reference positions of the sources
         n_sources: int,
-        dead_source,  # field (S,) i32: 1 = takes part in nothing any more
+        dead_source: Any,  # field (S,) i32: 1 = takes part in nothing any more
         points: np.ndarray,  # (R, 2, 3) evaluation points; the second repeats the first where there is one
         n_points: np.ndarray,  # (R,) 1 or 2
         frames: np.ndarray,  # (R, 3, 3) rows t1, t2, n
@@ -43,9 +44,9 @@ class Links(Pool):
         residual_of: np.ndarray | None = None,  # (R,) source whose residual this row is, or -1
         gradient: bool = False,
         values: bool = False,
-        weight=None,  # field (S,): factor on the kernel weight of each source; None: 1
+        weight: Any = None,  # field (S,): factor on the kernel weight of each source; None: 1
         transposed: bool = False,
-        source_body=None,  # field (S,) i32: number of the body of a source; None: there is one body
+        source_body: Any = None,  # field (S,) i32: number of the body of a source; None: there is one body
         body: np.ndarray | None = None,  # (R,) that of a row
     ):
         super().__init__(name)
@@ -95,7 +96,7 @@ class Links(Pool):
         if transposed:
             _transpose(self, n, n_sources)
 
-    def _ints(self, name: str, values: np.ndarray, doc: str, keeps: bool = False):
+    def _ints(self, name: str, values: np.ndarray, doc: str, keeps: bool = False) -> Any:
         field = self.field(name, len(values), dtype="i32", doc=doc, keeps=keeps)
         runtime.put(field, np.asarray(values, np.int32))
         return field
@@ -104,7 +105,7 @@ class Links(Pool):
         """MLS of every row."""
         _renew(self, 0, self.n)
 
-    def cut_through(self, cells, new_cells, n_new: int) -> int:
+    def cut_through(self, cells: Any, new_cells: Any, n_new: int) -> int:
         """Cut what newly broken cells hide, and what leads to dead sources; returns the rows touched."""
         self.n_touched[0] = 0
         _cut(self, cells, self.n, new_cells, n_new)

@@ -1,31 +1,31 @@
 """A stress point of a metal: from the change of its strains over a step to the change of its stresses.
 
-Strains are measured on the reference (stress.py), and their increments are brought to the present by the stretch U,
-U^2 = C = 1 + 2 E, of the middle of the step:
+Strains are measured on the reference (stress.py). The stretch U of the middle of the step, U^2 = C = 1 + 2 E, brings their increments
+to the present:
 
     d_eps = U^-1 dE U^-1,   d_beta = e / sqrt(12) U^-1 dkappa U^-1,   d_gamma = U^-1 dgamma,    e = e_0 / det U
 
-That is the rate of deformation in the frame which the polar rotation carries along: stretching adds up to the
-logarithmic strain and rotations do not count (differences of Almansi's strain, T 2.7, would saturate). Thickness follows
-from incompressibility; the elastic change of volume, some thousandths at most, is left out. The stresses m, b, s
-(laws/von_mises.py) are kept in that frame, per unit of reference volume (Kirchhoff) and effective, that is of the
-undamaged part. With U at the end of the step they give the resultants on the reference,
+These are the rate of deformation in the frame that the polar rotation carries along. Stretching adds up to the logarithmic strain and
+rotations do not count (differences of Almansi's strain, T 2.7, would saturate). The thickness follows from incompressibility; the
+elastic change of volume, some thousandths at most, is left out. The stresses m, b, s (laws/von_mises.py) are kept in the same frame,
+per unit of reference volume (Kirchhoff). They are effective, that is of the undamaged part. With U at the end of the step they give
+the resultants on the reference,
 
     N = (1 - D_r) e_0 U^-1 m U^-1,   M = (1 - D_r) e_0 e / sqrt(12) U^-1 b U^-1,   Q = (1 - D_r) e_0 U^-1 s
 
 whose power N : dE + M : dkappa + Q . dgamma is e_0 (m : d_eps + b : d_beta + s . d_gamma), exactly.
 
-**Energy**, w = H^-1: stored 1/2 (1 - D_r) s w s per volume; of the trapezoidal work of a step the plastic strain
-d_p = w (trial - s_n+1) takes 1/2 ((1 - D_n) s_n + (1 - D_n+1) s_n+1) . d_p and damage 1/2 dD s_n w s_n+1. With the
-middle taken for the increment, what is left over is of second order in the step.
+**Energy**, w = H^-1: a unit of volume stores 1/2 (1 - D_r) s w s. Of the trapezoidal work of a step, the plastic strain
+d_p = w (trial - s_n+1) takes 1/2 ((1 - D_n) s_n + (1 - D_n+1) s_n+1) . d_p and damage takes 1/2 dD s_n w s_n+1. The increment is that
+of the middle of the step, so the rest is of second order in the step.
 
 **Layers.** The global form has one m, b and p for the section. With layers each Gauss point zeta in (-1, 1) has its
 own stress, p and D, strained by d_eps + sqrt(3) zeta d_beta, and m, b are their moments; the section breaks when the
 mean of D_r over the thickness reaches D_c. Transverse shear stays elastic then.
 
-**After a rupture** the cells around see fewer nodes, and their strains jump although nothing has moved. The jump is no
-deformation: stress and plastic state are kept, and the new strains only become the base of the next increment
-(`rebase`). Nor does a look at the forces (dt = 0) change anything.
+**After a rupture** the cells around it see fewer nodes, and their strains jump although nothing has moved. The jump is no deformation:
+stress and plastic state are kept, and the new strains only become the base of the next increment (`rebase`). A look at the forces
+(dt = 0) changes nothing either.
 """
 
 import numpy as np

@@ -1,9 +1,4 @@
-"""The pools: what exists during a run, one data-only class per kind. Shapes and units beside each field.
-
-`dim` is the number of displacement components: 2 for a shell that stays in its plane, 3 for one that bends
-(`bends`), which also has a director at each node. Both are constants of the run, so the same kernels serve both
-and a flat scene allocates and compiles nothing of bending.
-"""
+"""The pools of shells: stress points and constants of the materials. Every field says its unit and meaning."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple

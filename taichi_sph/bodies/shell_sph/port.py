@@ -1,5 +1,7 @@
 """Shells as couplings see them: a node is a mover that does not turn, and a disc across its director."""
 
+from typing import Any
+
 import numpy as np
 
 from ...runtime import ti
@@ -11,7 +13,7 @@ from ..surface import Discs, Surface
 class ShellSurface(Surface):
     """Of a group whose nodes bend: a shell that stays in its plane has no side that is met."""
 
-    def __init__(self, group):
+    def __init__(self, group: Any) -> None:
         self.group, self.nodes, self.cells, self.loads = group, group.nodes, group.cells, group.loads
         self.bodies, self.n = group.bodies, self.nodes.n
         self.length = group.spacing
@@ -23,15 +25,15 @@ class ShellSurface(Surface):
         half = np.concatenate([np.full(shell.nodes.n, 0.5 * shell.said.thickness) for shell in group.shells])
         self.discs = Discs(body, half, 0.5 * group.mesh.node_spacing, border, group.mesh.points)
 
-    def look(self, port, places: bool) -> None:
+    def look(self, port: Any, places: bool) -> None:
         first = self.first
         thin = int(port.thin)
         _look(port, self.nodes, self.cells, self.n, len(self.bodies), first.body, first.disc, first.thin, int(places), thin)
 
-    def offer(self, port, first: int, last: int, now: Now) -> None:
+    def offer(self, port: Any, first: int, last: int, now: Now) -> None:
         _offer(port, self.nodes, self.loads, first, last, self.first.mover, now.kick, now.half_time)
 
-    def take(self, port, first: int, last: int, now: Now) -> None:
+    def take(self, port: Any, first: int, last: int, now: Now) -> None:
         _take(port, self.nodes, first, last, self.first.mover, 1.0 / now.kick)
 
 

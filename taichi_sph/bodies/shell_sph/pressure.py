@@ -3,8 +3,8 @@
     f_s = p (x_,1 x x_,2) A        follower: turns and grows with the cell
     f_s = p (a_1 x a_2) A          dead: that of the reference
 
-acting on the cell's mean position, which is a sum of edge means (w_e); so each side takes its share w_e f_s and
-the way back to the nodes is that of the internal forces. Broken cells carry none.
+The force acts on the mean position of the cell, which is a sum of edge means with the weights w_e. So each side takes its share
+w_e f_s, and the internal forces carry the shares on to the nodes. Broken cells carry no pressure.
 """
 
 from collections.abc import Sequence

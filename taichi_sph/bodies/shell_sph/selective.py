@@ -5,14 +5,14 @@ One stress point per cell locks in shear. Here the shear is evaluated at the nod
     gamma_a(i) = x_,a(i) . n_i - a_a . N_i          gradients at node i by order-1 MLS from the nodes
     Q_a = G_s gamma_a,  zero on free edges (T 2.42)
 
-and its divergence is taken by order-1 MLS over the nodes and, with weights reduced to f_c w, the cells:
+The divergence of the shear is taken by order-1 MLS over the nodes and over the cells, whose weights are reduced to f_c w:
 
     f_c = k (e / R)^n,   k = 1e-2, n = 2, R = D / 2                                                     (T 2.55)
 
-(no damage acts on the nodes' share: the option is for comparison of elastic shells; with damage it is refused)
-enough of the cells to hold down the modes that nodes alone do not see. On the directors acts the node's own
-Q_a x_,a (the T_0 of T 2.28). Measured on a clamped square plate of 16 cells, e/L = 1e-3, h/D = 1: 0.75 of Kirchhoff's
-deflection without (locked), 1.22 with; at h/D >= 1.2 the nodes alone are too soft for the little f_c leaves.
+This share of the cells holds down the modes that the nodes alone do not see. The node's own Q_a x_,a acts on its director (the T_0 of
+T 2.28). No damage acts on the share of the nodes: the option is for the comparison of elastic shells, and a scene with damage is
+refused. Measured on a clamped square plate of 16 cells, e/L = 1e-3, h/D = 1: 0.75 of Kirchhoff's deflection without the option
+(locked), 1.22 with it; at h/D >= 1.2 the nodes alone are too soft for the little that f_c leaves.
 """
 
 from typing import Any

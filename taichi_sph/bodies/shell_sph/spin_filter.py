@@ -2,8 +2,8 @@
 
     T_i = -I_i omega_f (omega_i - sum_j Phi_ij omega_j)      Phi: order-0 MLS (Shepard) over the visible neighbours
 
-on rates: printed on the directors themselves, T 2.39 would erase bending within some tens of steps. The thesis's
-eta = 0.1 belongs to a step of 0.15 D/c; as a rate, omega_f = eta c / (0.15 D), it does not depend on the step.
+The filter acts on rates: as printed, on the directors themselves, T 2.39 would erase bending within some tens of steps. The thesis's
+eta = 0.1 belongs to a step of 0.15 D/c; as a rate, omega_f = eta c / (0.15 D), the filter does not depend on the step.
 """
 
 from collections.abc import Sequence

@@ -1,9 +1,8 @@
 """The stable step from the operator itself: dt = 2 / omega_max of M^-1 K, by Arnoldi's iteration.
 
-K u is read off the force kernels with a displacement so small that they are linear, damage left out (it only
-softens). For the galerkin form K is symmetric and this is Lanczos, which approaches the largest eigenvalue from
-below; its own error bound (the residual of the Ritz pair) is added, so the step is not overestimated. The
-collocation form is not symmetric: the largest |lambda| counts.
+The force kernels give K u for a displacement so small that they are linear. Damage is left out, for it only softens. K of the galerkin
+form is symmetric: the iteration is Lanczos', which approaches the largest eigenvalue from below. The residual of the Ritz pair bounds
+its error and is added, so the step is not overestimated. K of the collocation form is not symmetric: the largest |lambda| counts.
 """
 
 from typing import TYPE_CHECKING
@@ -26,13 +25,13 @@ STRAIN = {"f64": 1e-7, "f32": 1e-4}  # of the probing displacement
 
 
 class StableStep(Pool):
-    """Keeps dt below the limit: measured at the start, and again (every `look_every` steps of the form) after ruptures, which
-    renew the operator near the crack. dt never grows again.
+    """Keeps dt of a group below the limit of its quickest body. The limit is measured at the start, and again after ruptures, which
+    renew the operator near the crack, every `look_every` steps of the form at most. dt never grows again.
 
-    A shell that is stretched gets stiffer: along a stretch l, the force S(E) l has the tangent (3 l^2 - 1) / 2 =
-    1 + 3 E times that at rest. A metal, whose stress follows the logarithmic strain (bodies/shell_sph/metal.py), gets stiffer where
-    it is compressed: E e_0 / l^2 in the plane, and its directors (e / e_0)^2 times as much, e / e_0 = 1 / det U; it may
-    change by percents in a step, so it is looked at every few steps and given more room.
+    A shell gets stiffer where it is stretched: along a stretch l, the force S(E) l has the tangent (3 l^2 - 1) / 2 = 1 + 3 E times
+    that at rest. The stress of a metal follows the logarithmic strain (bodies/shell_sph/metal.py), so a metal gets stiffer where it is
+    compressed: E e_0 / l^2 in the plane, and its directors (e / e_0)^2 times as much, e / e_0 = 1 / det U. The stretch of a metal may
+    change by percents in a step; so a metal is looked at every few steps and gets more room.
     """
 
     kept = ("mode", "frequency", "stiffer", "events", "looked")

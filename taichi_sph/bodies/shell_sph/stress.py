@@ -17,6 +17,8 @@ Everything is written with u and d, so that nothing cancels in f32. The strains 
 kappa22, 2 kappa12, gamma1, gamma2) are kept: the energy ledger is made from them.
 """
 
+from typing import Any
+
 import numpy as np
 
 from ... import runtime
@@ -25,6 +27,7 @@ from ...numerics.reduce import BLOCK
 from ...runtime import ti
 from ..nodal.nodes import body_of
 from . import metal
+from .pool import Cells, MaterialPool
 
 
 @ti.func
@@ -153,7 +156,7 @@ def resultants(cells: ti.template(), material: ti.template(), s, u1, u2, d1, d2,
     return n1, n2, m1, m2, q
 
 
-def stored_energy(partial, cells, material, blocks: int) -> float:
+def stored_energy(partial: Any, cells: Cells, material: MaterialPool, blocks: int) -> float:
     """Elastic energy of the live cells [J]; partial: scratch for one number a block."""
     _elastic(partial, cells, material, cells.n, blocks)
     return float(np.sum(runtime.get(partial, blocks)))

@@ -8,10 +8,10 @@ and, where the shell bends, with the mean director s_ij of the pair,
 
     psi_ij = (v_i - v_j) . s_ij / (|x_i - x_j| + eps),   tau_ij = -rho gamma c h psi_ij,   f_i += ... tau_ij ... s_ij
 
-on both signs of psi: as printed (only psi <= 0) the two nodes of a pair would not feel opposite forces.
+tau acts for both signs of psi: as printed (only psi <= 0) the two nodes of a pair would not feel opposite forces.
 
-The kernel is that of the reference configuration (total Lagrangian); where the spacing is even, a pair's forces are equal
-and opposite along its line, so momentum and moment of momentum are kept; on irregular sets each node uses its own h.
+The kernel is that of the reference configuration (total Lagrangian). Where the spacing is even, the forces of a pair are equal and
+opposite along its line, so momentum and moment of momentum are kept; on irregular sets each node uses its own h.
 """
 
 import math

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from ...bodies.body import Entries, Now, common_schedule
+from ...bodies.body import Entries, Group, Now, common_schedule
 from ...bodies.surface import Surface
 from ...pool import Pool
+from ...scene.schema import Scene
 from ..coupling import Coupling
 from ..ports import Port
 from .multipliers import Contact
@@ -14,14 +17,14 @@ from .pairs import Table
 from .said import PinballContact
 
 
-def couplings(scene, groups) -> list[ContactCoupling]:
+def couplings(scene: Scene, groups: Sequence[Group]) -> list[ContactCoupling]:
     """Contact, where something can meet something."""
     surfaces = [surface for group in groups if (surface := group.surface()) is not None]
     meets, restitution = meetings(scene, surfaces)
     return [ContactCoupling(scene, groups, surfaces, meets, restitution)] if meets.any() else []
 
 
-def meetings(scene, surfaces: list[Surface]) -> tuple[np.ndarray, np.ndarray]:
+def meetings(scene: Scene, surfaces: list[Surface]) -> tuple[np.ndarray, np.ndarray]:
     """(B, B) whether two bodies meet by contact, and with which restitution, in the order of the surfaces."""
     bodies = [(s, span.name, e) for s in surfaces for span, e in zip(s.bodies, s.bounce, strict=True)]
     meets = np.zeros((len(bodies), len(bodies)), bool)
@@ -38,7 +41,7 @@ def meetings(scene, surfaces: list[Surface]) -> tuple[np.ndarray, np.ndarray]:
 class ContactCoupling(Coupling):
     """contact: the solver."""
 
-    def __init__(self, scene, groups, surfaces: list[Surface], meets: np.ndarray, restitution: np.ndarray):
+    def __init__(self, scene: Scene, groups: Sequence[Group], surfaces: list[Surface], meets: np.ndarray, restitution: np.ndarray) -> None:
         self.common = common_schedule(groups)
         flat = np.array([s.discs is not None for s in surfaces for _ in s.bodies])
         port = Port(surfaces, thin=bool(meets[flat][:, flat].any()))

@@ -13,12 +13,15 @@ Two shells meet by thin balls, one at each node with half the thickness: the nod
 other way round, so that neither is preferred and a fine shell does not slip through a coarse one. The gap is the distance less both half
 thicknesses: each counts once.
 
-Which loop finds a pair follows from the numbers: few balls are tried against everything, many balls against many discs by a grid. Candidates
-are counted and written by their owners in order: the list is the same for any number of threads.
+Which loop finds a pair follows from the numbers: few balls are tried against everything, many balls against many discs by a grid.
+Candidates are counted and written by their owners in order: the list is the same for any number of threads.
 
 Bodies that pairs link are one part (`root`: the smallest body number in it). The pairs of a part are searched when that part has moved,
 with its own distance and its own grid, so that nothing in a part follows from another one far away.
 """
+
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -37,8 +40,7 @@ class Table(Pool):
     def __init__(self, meets: np.ndarray, restitution: np.ndarray, name: str = "meetings"):
         """meets (B, B) bool, restitution (B, B), both symmetric."""
         super().__init__(name)
-        self.n = n = len(meets)
-        self.itself = bool(meets.diagonal().any())
+        n = len(meets)
         self.meets = self.field("meets", n * n, dtype="i32", doc="1: the two bodies may touch")
         self.restitution = self.field("restitution", n * n, dtype="f64", doc="Newton's, 0 for bodies that bounce by themselves")
         runtime.put(self.meets, meets.ravel().astype(np.int32))
@@ -168,9 +170,9 @@ class Pairs(Pool):
     def renew(self) -> None:
         self.list_movers()
 
-    def _collect(self, look, owners: int, reach: float, *more) -> None:
+    def _collect(self, look: Callable[..., None], owners: int, reach: float, *more: Any) -> None:
         """Count what each owner finds, then have it written behind what is there."""
-        look(self, owners, reach, 0, self.n, *more)
+        look(self, owners, reach, 0, self.n, self.port.n_bodies, *more)
         found = running(self.start, owners)
         if self.n + found > self.capacity:
             raise RunStopped(
@@ -178,7 +180,7 @@ class Pairs(Pool):
                 "are likely crushed into each other: look at the last frame, lower the speed or the spacing"
             )
         if found:
-            look(self, owners, reach, 1, self.n, *more)
+            look(self, owners, reach, 1, self.n, self.port.n_bodies, *more)
         self.n += found
 
 
@@ -201,11 +203,11 @@ def disc_gap(x, n, radius, half, c, ball):
 
 
 @ti.func
-def _may(pairs: ti.template(), one, other):
+def _may(pairs: ti.template(), bodies, one, other):
     """Whether two bodies may meet and one of them is due; marks the one that is not."""
     port = pairs.port
     found = 0
-    if pairs.table.meets[one * pairs.table.n + other] == 1 and port.due[one] + port.due[other] > 0:
+    if pairs.table.meets[one * bodies + other] == 1 and port.due[one] + port.due[other] > 0:
         found = 1
         if port.due[one] == 0:
             port.linked[one] = 1
@@ -222,8 +224,9 @@ def _note(pairs: ti.template(), k, ball, other, flat):
 
 @ti.kernel
 def _few(
-    pairs: ti.template(), n: ti.i32, reach: ti.f64, write: ti.i32, base: ti.i32, discs: ti.i32, many: ti.i32, first: ti.i32, last: ti.i32
-):
+    pairs: ti.template(), n: ti.i32, reach: ti.f64, write: ti.i32, base: ti.i32, bodies: ti.i32, discs: ti.i32, many: ti.i32, first: ti.i32,
+    last: ti.i32,
+):  # fmt: skip
     """The balls first .. last - 1 against discs, against the many balls, and among themselves. Owners: discs, many balls, few balls."""
     port = pairs.port
     for o in range(n):
@@ -235,7 +238,7 @@ def _few(
                 far = ball + radius + half + reach
                 if (c - x).norm_sqr() < far * far:
                     gap, normal = disc_gap(x, port.disc_n[o], radius, half, c, ball)
-                    if gap < reach and _may(pairs, port.ball_body[p], one) == 1:
+                    if gap < reach and _may(pairs, bodies, port.ball_body[p], one) == 1:
                         if write == 1:
                             _note(pairs, base + pairs.start[o] + found, p, o, 1)
                         found += 1
@@ -249,7 +252,7 @@ def _few(
             for p in range(first, end):
                 far = radius + port.ball_radius[p][0] + reach
                 if (port.ball_x[p] - c).norm_sqr() < far * far:
-                    if port.ball_body[p] != one and _may(pairs, port.ball_body[p], one) == 1:
+                    if port.ball_body[p] != one and _may(pairs, bodies, port.ball_body[p], one) == 1:
                         if write == 1:
                             _note(pairs, base + pairs.start[o] + found, mine, p, 0)
                         found += 1
@@ -258,7 +261,9 @@ def _few(
 
 
 @ti.kernel
-def _near_discs(pairs: ti.template(), n: ti.i32, reach: ti.f64, write: ti.i32, base: ti.i32, inverse: ti.f64, table: ti.i32):
+def _near_discs(
+    pairs: ti.template(), n: ti.i32, reach: ti.f64, write: ti.i32, base: ti.i32, bodies: ti.i32, inverse: ti.f64, table: ti.i32
+):
     """Discs near the many balls and the thin ones, by the grid of the discs."""
     port = pairs.port
     for j in range(n):
@@ -277,7 +282,7 @@ def _near_discs(pairs: ti.template(), n: ti.i32, reach: ti.f64, write: ti.i32, b
                     if (c - x).norm_sqr() < far * far:
                         if all(cube(x, inverse) == there) and _two_things(pairs, j, i) == 1:
                             gap, normal = disc_gap(x, port.disc_n[i], flat, half, c, radius)
-                            if gap < reach and _may(pairs, one, port.disc_body[i]) == 1:
+                            if gap < reach and _may(pairs, bodies, one, port.disc_body[i]) == 1:
                                 if write == 1:
                                     _note(pairs, base + pairs.start[j] + found, j, i, 1)
                                 found += 1

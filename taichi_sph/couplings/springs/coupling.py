@@ -12,8 +12,6 @@ work is trapezoidal over the way of l, like that of all forces (world/step.py). 
 longest step follows from omega^2 = k (1/m_1 + 1/m_2), with c as in a damped oscillator.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -34,7 +32,7 @@ from .said import Spring
 BOTH, PULL, PUSH = 0, 1, 2
 
 
-def couplings(scene: Any, groups: Sequence[Group]) -> list[Springs]:
+def couplings(scene: Any, groups: Sequence[Group]) -> "list[Springs]":
     """All springs of the scene are one coupling."""
     return [Springs(scene, groups)] if scene.springs else []
 

@@ -85,6 +85,12 @@ def restlessness(run: RunFolder, scene: Scene, *, fluid: str | None = None, star
     return float(np.sqrt(square / (2 * weight(scene)[0] * np.ptp(height(frames[0], scene)))))
 
 
+def mean_height(run: RunFolder, scene: Scene, *, fluid: str | None = None, time: float = math.inf) -> float:
+    """Mean height [m] of the particles of a fluid at the end, or in the frame nearest to `time` [s]."""
+    file = run.the("fluid", fluid)
+    return float(height(file.body(file.nearest(min(time, float(file.times[-1])))), scene).mean())
+
+
 def front(run: RunFolder, scene: Scene, fluid: str | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Times [s] and places [m] of the foremost water along x, half a diameter before the particle's centre."""
     frames = between(run, 0.0, math.inf, fluid)

@@ -1,8 +1,9 @@
 """Measures of leaking tanks, from their histories and the frames of their fluids.
 
 A tank is a closed shell and the fluid that fills it. Where there is one its history is histories/leak.csv; where there are several
-each has histories/leak_<fluid>.csv, and a measure names its fluid. Columns: time [s], escaped_mass [kg], escaped_count [-], rate
-[kg/s], jet_speed [m/s], jet_x, jet_y, jet_z (direction), opening_area [m2]. Litres are the escaped mass over the density that the fluid starts with.
+each has histories/leak_<fluid>.csv, and a measure names its fluid. Columns: time [s], escaped_mass [kg], escaped_count [-], rate [kg/s],
+jet_speed [m/s], jet_x, jet_y, jet_z (direction), opening_area [m2]. Litres are the escaped mass over the density that the fluid starts
+with.
 """
 
 from __future__ import annotations

@@ -7,11 +7,17 @@ out; a director has the two turns across itself, less what a held spin takes.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from ... import runtime
 from ...bodies.shell_sph.stable_dt import Operator
 from ...pool import Pool
+
+if TYPE_CHECKING:
+    from ...bodies.shell_sph.group import ShellGroup
+    from ..world import World
 
 STILL = 1e-3  # a mode is rigid when its frequency is below this part of the next one's
 SHOWN = 0.1  # largest displacement of a mode's picture, over the size of the body
@@ -25,7 +31,7 @@ class ModeSearch(Pool):
 
     kept = ("shown",)
 
-    def __init__(self, world, group, count: int):
+    def __init__(self, world: World, group: ShellGroup, count: int):
         super().__init__("modes")
         self.world, self.group, self.count, self.shown, self.work = world, group, count, -1, 0.0
         self.frequency, self.shapes, self.rigid = lowest(group, count)
@@ -61,7 +67,7 @@ class ModeSearch(Pool):
     rule = "one natural mode a step"
 
 
-def free_directions(group) -> np.ndarray:
+def free_directions(group: ShellGroup) -> np.ndarray:
     """(N, c, f) orthonormal directions in which each node may move, of its c unknowns (u, then d); zero columns
     where a motion or the director leaves none."""
     nodes, n, dim = group.nodes, group.nodes.n, group.nodes.dim
@@ -87,7 +93,7 @@ def free_directions(group) -> np.ndarray:
     return free
 
 
-def stiffness(group):
+def stiffness(group: ShellGroup) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray]:
     """Sparse M^-1/2 K M^-1/2 (free unknowns) [1/s2], the (N, c, f) directions of its unknowns with the number of each,
     -1 where there is none, and the (N, c) roots of the masses."""
     import scipy.sparse
@@ -129,7 +135,7 @@ def stiffness(group):
     return A, free, number, operator.root
 
 
-def _colours(tree, X: np.ndarray, apart: float) -> np.ndarray:
+def _colours(tree: Any, X: np.ndarray, apart: float) -> np.ndarray:
     """(N,) numbers such that nodes of the same one are more than `apart` from each other."""
     colour = np.full(len(X), -1)
     for i in range(len(X)):
@@ -140,7 +146,7 @@ def _colours(tree, X: np.ndarray, apart: float) -> np.ndarray:
     return colour
 
 
-def lowest(group, count: int) -> tuple[np.ndarray, np.ndarray, int]:
+def lowest(group: ShellGroup, count: int) -> tuple[np.ndarray, np.ndarray, int]:
     """Frequencies [Hz] (count,) of the lowest flexible modes, their shapes (count, N, 6), the number of rigid ones."""
     import scipy.sparse
     from scipy.sparse.linalg import eigsh
