@@ -237,6 +237,12 @@ def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
                 )
             if key == "motions":
                 held.setdefault(load.body, []).append((number, caught))
+    for number, pressure in enumerate(scene.pressures):
+        mesh = meshes[pressure.body]
+        if pressure.where is not None and not inside(pressure.where, mesh.centres).any():
+            raise SceneError(
+                f"pressures[{number}].where catches no cell of shell '{pressure.body}', whose nodes are {show(mesh.spacing, 'm')} apart"
+            )
     for index, shell in enumerate(scene.shells):
         for number, region in enumerate(shell.sound):
             if not inside(region, meshes[shell.name].centres).any():

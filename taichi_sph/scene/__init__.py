@@ -11,12 +11,14 @@ from typing import Any
 _WHERE = {
     "base": ("Body", "Quality"),
     "check": ("checked", "sentence"),
-    "histories": ("Ramp", "Step"),
+    "histories": ("Friedlander", "HalfSine", "Ramp", "Step", "TimePulse", "TimeTable", "Triangle"),
     "instead": ("Modes", "Static", "StepLimit"),
     "kept": ("Output", "Probe", "Quantity"),
     "kinds": ("Kind",),
     "library": ("ductile", "material", "materials"),
-    "loads": ("InitialVelocity", "NodalForce", "NodalMoment", "PrescribedVelocity", "Pulse", "SurfacePressure"),
+    "loads": (
+        "InitialVelocity", "NodalForce", "NodalMoment", "PrescribedVelocity", "Pulse", "Radial", "Rotation", "SurfacePressure"
+    ),
     "materials": ("Delay", "JohnsonCook", "LemaitreChaboche", "Material", "Mazars", "Perfect", "Power", "Table"),
     "numerics": ("Numerics",),
     "regions": ("Ball", "Box", "Outside"),

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field, StrictInt, model_validator
 
-from .base import Choice, Frozen, Point
+from .base import Choice, Direction, Frozen, Point
 from .units import Angle, Dimensionless, Length, Time
 
 FULL = 2 * math.pi - 1e-4  # an arc from here on is the whole circle
@@ -21,7 +21,6 @@ TAPER = 3.5  # largest over smallest radius of a wall whose rows all have one nu
 Axis = Literal["x", "y", "z"]
 Size = Annotated[Length, Field(gt=0)]
 Arc = Annotated[Angle, Field(gt=0, le=2 * math.pi + 1e-6)]
-Direction = tuple[Dimensionless, Dimensionless, Dimensionless]
 Face = Literal["-x", "+x", "-y", "+y", "-z", "+z"]
 FLAT = (0.0, 0.0, 0.0)
 IN_AXES = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}  # the scene's coordinates as those with z along the axis

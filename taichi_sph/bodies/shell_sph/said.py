@@ -184,8 +184,13 @@ def _stays_in_plane(where: str, key: str, load: Any) -> None:
     if key in ("moments", "pressures"):
         raise ValueError(f"{where}: shell '{load.body}' moves in its plane and does not bend; give it motion = 'free'")
     across = "total" if key == "forces" else "velocity"
-    if getattr(load, across)[2]:
+    given = getattr(load, across)
+    if given is not None and given[2]:
         raise ValueError(f"{where}.{across}: z must be 0, for shell '{load.body}' moves in its plane (motion = 'in_plane')")
+    for field in ("radial", "rotation"):
+        of_it = getattr(load, field, None)
+        if of_it is not None and (of_it.axis is None or any(of_it.axis[:2])):
+            raise ValueError(f"{where}.{field}.axis must be (0, 0, 1), for shell '{load.body}' moves in its plane (motion = 'in_plane')")
     if any(w is not None for w in getattr(load, "spin", ())):
         raise ValueError(f"{where}.spin: shell '{load.body}' has motion = 'in_plane', its directors do not turn")
 
