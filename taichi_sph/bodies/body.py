@@ -82,8 +82,12 @@ class Group(Protocol):
     """A kind of body at work. A step calls strain, events, force and move, in this order, couplings in between (world/step.py)."""
 
     kind: str
-    bodies: Sequence[Span]
     every: int  # steps of the clock between two of its own
+
+    @property
+    def bodies(self) -> Sequence[Span]:
+        """In the order of their points in the pools."""
+        ...
 
     def pools(self) -> Sequence[Pool]:
         """All that has fields or history, in the order in which a restart renews it."""

@@ -78,6 +78,10 @@ class Surface:
     first = First()
 
     @property
+    def n_balls(self) -> int:
+        return 0 if self.balls is None else len(self.balls.mover)
+
+    @property
     def period(self) -> int:
         """Steps of the clock for which an impulse on this group stands: it takes part in every so many of them."""
         return 1

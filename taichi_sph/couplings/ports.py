@@ -38,14 +38,14 @@ class Port(Places):
         self.n_discs = sum(s.n for s in surfaces if s.discs is not None)
         many = [s for s in surfaces if s.balls is not None and not s.few]
         few = [s for s in surfaces if s.balls is not None and s.few]
-        self.n_many = sum(len(s.balls.mover) for s in many)
+        self.n_many = sum(s.n_balls for s in many)
         self.n_wide = self.n_many + (self.n_discs if thin else 0)
-        self.n_balls = self.n_wide + sum(len(s.balls.mover) for s in few)
+        self.n_balls = self.n_wide + sum(s.n_balls for s in few)
         balls: dict[int, int] = {}
         for some, count in ((many, 0), (few, self.n_wide)):
             for s in some:
                 balls[id(s)] = count
-                count += len(s.balls.mover)
+                count += s.n_balls
         movers, bodies, discs = 0, 0, 0
         for s in surfaces:
             s.first = First(movers, bodies, balls.get(id(s), 0), self.n_many + discs if thin else 0, discs)

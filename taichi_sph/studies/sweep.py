@@ -269,7 +269,8 @@ def _here(tasks: Mapping[str, Any], workers: int, worker: Callable[..., Any]) ->
 def _on_cluster(tasks: Mapping[str, Any], scheduler: str, worker: Callable[..., Any]) -> Iterator[tuple[dict[str, Any], Any]]:
     """On the workers of a Dask cluster, each point with what came of it.
 
-    A point whose worker died is given to another one, by Dask itself, three times."""
+    A point whose worker died is given to another
+    one, by Dask itself, three times."""
     try:
         from distributed import Client, as_completed
     except ImportError:

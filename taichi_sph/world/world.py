@@ -38,7 +38,7 @@ class World:
         self.scene = scene
         self.time, self.step, self.dt, self._dt_before = 0.0, 0, 0.0, 0.0
         self.injected = 0.0  # J, at t = 0
-        self.relaxation = None
+        self.relaxation: Any = None  # of world.instead: what is done in place of motion
         self.stepping = 0.0  # s of wall clock in steps
         self.refit = False  # dt is too long now; it changes when all groups are due
         self.groups: list[Any] = []
@@ -65,36 +65,36 @@ class World:
         runtime.ti.sync()
         self.compile_seconds = clock.perf_counter() - began
 
-    def _only(self, kind: str):
+    def _only(self, kind: str) -> Any:
         """The group of that kind; None where there is none."""
         found = [group for group in self.groups if group.kind == kind]
         if len(found) > 1:
             raise ValueError(f"there are {len(found)} groups of kind '{kind}': say which")
         return found[0] if found else None
 
-    def group_of(self, name: str):
+    def group_of(self, name: str) -> Any:
         """The group of the body of that name."""
         return next(group for group in self.groups if name in [body.name for body in group.bodies])
 
     @property
-    def shell(self):
+    def shell(self) -> Any:
         """The only group of shells; None where there is none."""
         return self._only("shell")
 
     @property
-    def rigids(self):
+    def rigids(self) -> Any:
         """The pool of rigid bodies; None where there is none."""
         group = self._only("rigid")
         return None if group is None else group.rigids
 
     @property
-    def fluid(self):
+    def fluid(self) -> Any:
         """The only fluid; None where there is none."""
         group = self._only("fluid")
         return None if group is None else group.body
 
     @property
-    def contact(self):
+    def contact(self) -> Any:
         """The solver of contact; None where nothing can meet."""
         return next((c.contact for c in self.couplings if hasattr(c, "contact")), None)
 
@@ -126,7 +126,7 @@ class World:
         if self.relaxation is not None:
             return self.relaxation.rule
         steps = self._steps()
-        return min(steps, key=steps.get)
+        return min(steps, key=steps.__getitem__)
 
     @property
     def n_nodes(self) -> int:

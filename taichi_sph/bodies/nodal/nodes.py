@@ -38,7 +38,8 @@ class Nodes(Pool):
         body, None where there is one."""
         super().__init__(name)
         self.n = n = len(mesh.points)
-        self.several = body is not None and int(body.max()) > 0
+        body = np.zeros(n, np.int32) if body is None else body.astype(np.int32)
+        self.several = bool(body.any())
         self.bends = inertia is not None
         self.dim = dim = 3 if self.bends else 2
         half = "at the half step before (T 2.31)"
@@ -54,8 +55,8 @@ class Nodes(Pool):
         runtime.put(self.X, mesh.points)
         runtime.put(self.mass, mass)
         if self.several:
-            runtime.put(self.body, body.astype(np.int32))
-        if self.bends:
+            runtime.put(self.body, body)
+        if inertia is not None:
             self.N = self.field("N", n, 3, doc="reference director, unit")
             self.d = self.field("d", n, 3, doc="director now minus N", keeps=True)
             self.omega = self.field("omega", n, 3, unit="rad/s", doc=f"spin, across the director, {half}", keeps=True)

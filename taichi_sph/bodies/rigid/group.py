@@ -49,11 +49,11 @@ class RigidGroup(Rest):
     def alone(self) -> float:
         """The step [s] of rigid bodies that nothing else rules: no point moves by more than a twentieth of the smallest pinball."""
         radius = min(p.radius for body in self.scene.rigids for p in body.pinballs)
-        gravity = np.linalg.norm(self.scene.gravity or (0.0, 0.0, 0.0))
+        gravity = float(np.linalg.norm(self.scene.gravity or (0.0, 0.0, 0.0)))
         speed = 0.0
         for body in self.scene.rigids:
             reach = max(np.linalg.norm(np.array(p.centre) - body.centre) + p.radius for p in body.pinballs)
-            speed = max(speed, np.linalg.norm(body.velocity) + reach * np.linalg.norm(body.spin))
+            speed = max(speed, float(np.linalg.norm(body.velocity) + reach * np.linalg.norm(body.spin)))
         return min(0.05 * radius / (speed + gravity * self.scene.duration + 1e-300), self.scene.duration / 100)
 
     def entries(self) -> Entries:

@@ -1,6 +1,8 @@
 """Rigid bodies: few of them, each with its pinballs (T 3.3). Data and the way they move; always f64, for a body
 moves far and turns often."""
 
+from typing import Any
+
 import numpy as np
 
 from ... import runtime
@@ -26,7 +28,7 @@ class RigidBodies(Pool):
         self.n = n = len(bodies)
         self.n_balls = sum(len(body.pinballs) for body in bodies)
 
-        def field(name: str, vector: int = 0, unit: str = "", doc: str = "", keeps: bool = False):
+        def field(name: str, vector: int = 0, unit: str = "", doc: str = "", keeps: bool = False) -> Any:
             return self.field(name, n, vector, "f64", unit=unit, doc=doc, keeps=keeps)
 
         self.x = field("x", 3, "m", "centre of mass", True)

@@ -11,6 +11,8 @@ The divergence is not the transpose of the strain. Therefore the form does not c
 costs, and viscosity and filters keep the motion calm.
 """
 
+from typing import Any
+
 import numpy as np
 
 from ... import runtime
@@ -38,7 +40,7 @@ class Collocation(Pool):
         self.nodes, self.cells, self.material = nodes, cells, material = model.nodes, model.cells, model.material
         self.bends = nodes.bends
         local = mesh.node_spacing
-        forms = [body.numerics.formulation for body in bodies]
+        forms: list[Any] = [body.numerics.formulation for body in bodies]
         supports, numbers = [form.support for form in forms], np.arange(len(bodies))
         of_nodes = nodes.body if nodes.several else None
         frames = tangent_frames(mesh.node_normals)
@@ -81,7 +83,7 @@ class Collocation(Pool):
             **at_nodes,
             order=np.zeros(nodes.n),
         )
-        self.links = (self.strains, self.divergence, self.pairs)
+        self.links: tuple[Links, ...] = (self.strains, self.divergence, self.pairs)
         self.area = self.field("area", nodes.n, unit="m2", doc="that a node owns")
         self.n1 = self.field("n1", cells.n, nodes.dim, unit="N/m", doc="n^1 of the cells")
         self.n2 = self.field("n2", cells.n, nodes.dim, unit="N/m", doc="n^2 of the cells")

@@ -32,6 +32,8 @@ The force stays along r, so momenta are kept. The work q_y d rho is booked as pl
 order of the discretisation itself, and nothing changes where e > D (docs/method.md).
 """
 
+from typing import Any
+
 import numpy as np
 
 from ... import runtime
@@ -69,7 +71,7 @@ class Galerkin(Pool):
         n = nodes.n
         local = mesh.node_spacing
         spacing = np.concatenate([0.5 * (local[edges.nodes[:, 0]] + local[edges.nodes[:, 1]]), local])
-        forms = [body.numerics.formulation for body in bodies]
+        forms: list[Any] = [body.numerics.formulation for body in bodies]
         support = by_node(bodies, [form.support for form in forms])
         body_of_row = by_node(bodies, np.arange(len(bodies)))
         first_ends = edges.nodes[:, 0]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -115,7 +116,9 @@ class ShellGroup(Rest):
 
     def _dampers(self) -> list[Damper]:
         """The terms of the collocation form that take energy."""
-        form, pairs = self.shells[0].numerics.formulation, self.internal.pairs
+        assert isinstance(self.internal, Collocation)
+        forms: list[Any] = [body.numerics.formulation for body in self.shells]
+        form, pairs = forms[0], self.internal.pairs
         terms: list[Damper] = []
         rates = []
         for body in self.shells:
@@ -125,10 +128,10 @@ class ShellGroup(Rest):
         if viscous.alpha or viscous.beta or (viscous.gamma and self.nodes.bends):
             terms.append(PairViscosity(self.model, pairs, self.internal.area, f"viscosity{self.suffix}"))
         if form.edge_filter and self.material.breaks:
-            shares = [body.numerics.formulation.edge_filter * rate for body, rate in zip(self.shells, rates)]
+            shares = [one.edge_filter * rate for one, rate in zip(forms, rates)]
             terms.append(EdgeFilter(self.nodes, self.cells, pairs, shares, f"filter{self.suffix}"))
         if form.spin_filter and self.nodes.bends:
-            shares = [body.numerics.formulation.spin_filter * rate for body, rate in zip(self.shells, rates)]
+            shares = [one.spin_filter * rate for one, rate in zip(forms, rates)]
             terms.append(SpinFilter(self.nodes, pairs, shares, f"spin_filter{self.suffix}"))
         return terms
 
@@ -138,7 +141,10 @@ class ShellGroup(Rest):
             for body in self.shells
             for p in self.scene.loads_of("pressures", body.name)
         ]
-        return SurfacePressures(pressed, self.internal, self.cells, f"pressure{self.suffix}") if pressed else None
+        if not pressed:
+            return None
+        assert isinstance(self.internal, Galerkin)  # no other form bears a pressure
+        return SurfacePressures(pressed, self.internal, self.cells, f"pressure{self.suffix}")
 
     def strain(self, now: Now) -> None:
         self.now = now
@@ -176,7 +182,7 @@ class ShellGroup(Rest):
         if not self.loads.moves:
             return np.zeros(self.nodes.n, bool)
         group = runtime.get(self.nodes.fixed, self.nodes.n)
-        whole = runtime.get(self.loads.mask, int(group.max())).all(axis=1)
+        whole = np.all(runtime.get(self.loads.mask, int(group.max())), axis=1)
         return (group > 0) & whole[np.maximum(group, 1) - 1]
 
     def stored(self) -> float:

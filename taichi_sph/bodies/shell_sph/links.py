@@ -60,7 +60,7 @@ class Links(Pool):
         self.transposed = transposed
         self.several = source_body is not None
         self.source_body = source_body
-        if self.several:
+        if body is not None and self.several:
             self.body = self._ints("body", body, "number of the body of the row")
         n = self.n
         self.at = self.field("at", 2 * n, 3, "f64", unit="m", doc="evaluation points, two a row")

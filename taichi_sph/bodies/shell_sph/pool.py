@@ -71,7 +71,7 @@ class Cells(Pool):
             self.shear = self.field("shear", n, unit="N/m", doc="G_s: transverse shear stiffness")
         self.lost = self.field("lost", n, dtype="f64", unit="J", doc="taken by damage so far: a sum of many small parts", keeps=True)
         self.spares = sound is not None
-        if self.spares:
+        if sound is not None:
             self.sound = self.field("sound", n, dtype="i32", doc="1: never damaged")
             runtime.put(self.sound, sound.astype(np.int32))
         if material.yields:
@@ -203,16 +203,17 @@ class MaterialPool(Pool):
 
     def _constants(self, section: Section) -> dict[str, float]:
         material, thickness, width = section
-        values = {"young": material.young, "poisson": material.poisson, "thickness": thickness}
+        damage: Any = material.damage
+        values: dict[str, Any] = {"young": material.young, "poisson": material.poisson, "thickness": thickness}
         if self.damages and not self.yields:
-            values |= {"threshold": material.damage.threshold, "A": material.damage.A, "B": material.damage.B}
+            values |= {"threshold": damage.threshold, "A": damage.A, "B": damage.B}
         if self.damages and self.yields:
             values |= {
-                "eps_d": material.damage.threshold,
+                "eps_d": damage.threshold,
                 "eps_r": _rupture(material, width, thickness),
-                "D_c": material.damage.critical,
+                "D_c": damage.critical,
             }
-        if self.delays:
+        if material.delay is not None:
             values |= {"a": material.delay.a, "tau_c": material.delay.tau_c}
         if self.breaks:
             values |= {"critical": material.critical_damage}
@@ -260,9 +261,10 @@ def _strength(strength: Any) -> dict[str, float]:
 def _rupture(material: Material, width: float, thickness: float) -> float:
     """Plastic strain of a cell at which its ductile damage is complete."""
     rupture = rupture_strain(material, width, thickness)
-    if rupture <= material.damage.threshold:
+    damage: Any = material.damage
+    if rupture <= damage.threshold:
         raise SceneError(
             f"material '{material.name}': a cell of {1e3 * width:.3g} mm in a sheet of {1e3 * thickness:.3g} mm breaks at a mean strain of"
-            f" {rupture:.3g}, before its damage starts at {material.damage.threshold:g}; lower the spacing, or set damage.necks to false"
+            f" {rupture:.3g}, before its damage starts at {damage.threshold:g}; lower the spacing, or set damage.necks to false"
         )
     return rupture

@@ -35,7 +35,8 @@ class PairViscosity(Damper):
         super().__init__(name, model.nodes)
         self.material, self.pairs, self.area = model.material, pairs, area
         materials = [body.said.material for body in model.bodies]
-        settings = [body.numerics.formulation.viscosity for body in model.bodies]
+        forms: list[Any] = [body.numerics.formulation for body in model.bodies]
+        settings = [form.viscosity for form in forms]
         self.density = self.number("density", [m.density for m in materials], unit="kg/m3", doc="rho")
         self.sound = self.number("sound", [math.sqrt(m.young / m.density) for m in materials], unit="m/s", doc="c")
         for key in ("alpha", "beta", "gamma"):

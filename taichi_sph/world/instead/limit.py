@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ... import runtime
+from ...bodies.shell_sph.group import ShellGroup
 from ...errors import RunStopped
 from ...pool import Pool
 from ...scene.materials import Material

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ... import runtime
+from ...bodies.shell_sph.group import ShellGroup
 from ...bodies.shell_sph.stable_dt import Operator
 from ...pool import Pool
 
@@ -26,7 +27,7 @@ SHOWN = 0.1  # largest displacement of a mode's picture, over the size of the bo
 class ModeSearch(Pool):
     """Steps through the flexible modes of a simulation, lowest first: each becomes its displacements.
 
-    frequency (count,) [Hz], shapes (count, N, 6) mass-normalised, rigid: how many modes are still.
+    frequency (count,) [Hz], modes (count, N, 6) mass-normalised, rigid: how many modes are still.
     """
 
     kept = ("shown",)
@@ -34,14 +35,14 @@ class ModeSearch(Pool):
     def __init__(self, world: World, group: ShellGroup, count: int):
         super().__init__("modes")
         self.world, self.group, self.count, self.shown, self.work = world, group, count, -1, 0.0
-        self.frequency, self.shapes, self.rigid = lowest(group, count)
+        self.frequency, self.modes, self.rigid = lowest(group, count)
 
     def settle(self, time: float) -> None:
         """Show the next mode."""
         group = self.group
         self.shown = min(self.shown + 1, self.count - 1)
         self.world.step += 1
-        shape = self.shapes[self.shown]
+        shape = self.modes[self.shown]
         size = float(np.ptp(group.mesh.points, axis=0).max())
         scale = SHOWN * size / max(np.linalg.norm(shape[:, :3], axis=1).max(), 1e-300)
         n, dim = group.nodes.n, group.nodes.dim
