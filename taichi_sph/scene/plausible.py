@@ -147,7 +147,7 @@ def _size(s: Scene) -> None:
         waves = math.sqrt(shell.material.young / shell.material.density) / spacing
         if waves > beat:
             beat, coarsest = waves, spacing
-        if surface.kind == "mesh":
+        if surface.kind in ("mesh", "net"):
             continue
         if spacing > surface.smallest * (1 + 1e-9):
             why = f"is {show(surface.smallest, 'm')} wide" if surface.kind == "plate" else f"takes at most {show(surface.smallest, 'm')}"

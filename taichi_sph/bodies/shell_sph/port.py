@@ -124,7 +124,7 @@ def _offer(
                 for c in ti.static(range(3)):
                     if loads.mask[g][c] == 1:
                         w[c] = 0.0
-                        v[c] = ti.cast(loads.velocity[g][c] * history(half_time, loads.rise[g]), ti.f64)
+                        v[c] = ti.cast(loads.velocity[g][c] * history(half_time, loads.curves, loads.curve[g]), ti.f64)
         port.free[m], port.ease[m] = v, w
 
 
