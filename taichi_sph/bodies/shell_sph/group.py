@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from .rupture import Rupture
 from .spin_filter import SpinFilter
 from .stable_dt import StableStep
 from .stress import stored_energy
+from .surface import ShellPoints
 from .viscosity import PairViscosity
 
 
@@ -125,6 +126,10 @@ class ShellGroup(Rest):
         group = runtime.get(self.nodes.fixed, self.nodes.n)
         whole = runtime.get(self.loads.mask, int(group.max())).all(axis=1)
         return (group > 0) & whole[np.maximum(group, 1) - 1]
+
+    def wettable(self, name: str, spacing: float, meets: Callable[[str], bool]) -> ShellPoints | None:
+        """The points that water presses on: the nodes, wherever they are."""
+        return ShellPoints(name, self, meets) if self.nodes.bends else None
 
     def stored(self) -> float:
         """Elastic energy [J]: live cells and residuals."""

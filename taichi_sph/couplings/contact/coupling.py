@@ -28,7 +28,7 @@ class ContactCoupling(Coupling):
         meets_itself = any(shell.self_contact for shell in scene.shells)
         thickness = shell.shell.thickness if shell is not None else 0.0
         particles = self.fluid.body.p if self.fluid is not None else None
-        pinballs = self.fluid is not None and self.fluid.body.wet is None
+        pinballs = self.fluid is not None and not self.fluid.presses
         of_shell = (shell.mesh, shell.nodes, shell.cells, shell.loads) if shell is not None else (None, None, None, None)
         bodies = Bodies(*of_shell, thickness, particles, rigid.rigids if rigid is not None else None, pinballs)
         lengths = [0.5 * p.radius for body in scene.rigids for p in body.pinballs]
