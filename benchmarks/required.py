@@ -58,7 +58,7 @@ def main() -> None:
     parser.add_argument("scenes", nargs="*", help="names; default: all")
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
-    paths = [SCENES / f"{name}.py" for name in options.scenes] or sorted(SCENES.glob("*.py"))
+    paths = [SCENES / f"{name}.py" for name in options.scenes] or sorted(SCENES.glob("[!_]*.py"))
     print(f"| scene | nodes | fields | bytes per node | kernels | {' | '.join(FEATURES)} | s cold | s warm |")
     print(f"|{' --- |' * (7 + len(FEATURES))}")
     rows = {}

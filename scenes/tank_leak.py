@@ -1,6 +1,6 @@
 """A filled steel tank is hit by a bullet: does it rupture, and how fast does it leak? (T 3.4)
 
-The tank and the bullet of scenes/empty_tank.py, filled with water (density 1000, sound 1450 m/s, T table 3.2) up to `level` of
+The tank and the bullet of scenes/_tank.py, filled with water (density 1000, sound 1450 m/s, T table 3.2) up to `level` of
 its height: 0 empty, 1 full. Cells wider than the sheet is thick spread its neck (`necks`, taichi_sph/laws/necking.py): with the rupture
 strain of a point (T) no crack starts at these spacings. Full, the pressure wave of the impact, reflected from the walls, tears the
 front face along its height (measured by Timm 2003, computed by T with 19 346 shell nodes and 103 402 particles in 55 hours: wave near
@@ -9,43 +9,18 @@ front face along its height (measured by Timm 2003, computed by T with 19 346 sh
     python scenes/tank_leak.py --quality draft --out DIR
 """
 
-from taichi_sph.scene import (
-    Box,
-    Cylinder,
-    Dimensionless,
-    Fluid,
-    Numerics,
-    Output,
-    Pinball,
-    PrescribedVelocity,
-    Quality,
-    Quantity,
-    Rigid,
-    Scene,
-    Shell,
-    ShellFill,
-    Speed,
-    material,
-)
+from _tank import HEIGHT, bullet, supports, tank
+
+from taichi_sph.scene import Dimensionless, Fluid, Numerics, Output, Quality, Quantity, Scene, ShellFill, Speed
 
 SPACING = {"draft": 12e-3, "standard": 8.5e-3, "paper": 6.25e-3}  # m, of the shell; T: 6.25 mm
 PARTICLES = 1.19  # spacing of the water over that of the shell, as in T
-RADIUS, HEIGHT, THICKNESS = 0.15, 0.6, 1e-3  # m
-BULLET, LENGTH, MASS = 9e-3, 3.6e-3, 0.031  # m, kg: four pinballs on a line of that length
 
 
 def scene(quality: Quality = "draft", level: Dimensionless = 1.0, velocity: Speed = 730.0, necks: bool = True) -> Scene:
     if not 0.0 <= level <= 1.0:
         raise ValueError(f"level = {level:g} of the height: give a number from 0 (empty) to 1 (full)")
     d = SPACING[quality]
-    front = RADIUS + 0.5 * THICKNESS + BULLET + 0.1e-3
-    bullet = [Pinball(centre=(front + LENGTH * k / 3, 0, HEIGHT / 2), radius=BULLET) for k in range(4)]
-    held = [
-        Box(hi=(None, None, 0.25 * d)),
-        Box(lo=(None, None, HEIGHT - 0.25 * d)),
-        Box(lo=(None, -0.05, 0.25 * d), hi=(-0.13, 0.05, 0.03)),
-        Box(lo=(None, -0.05, HEIGHT - 0.03), hi=(-0.13, 0.05, HEIGHT - 0.25 * d)),
-    ]
     water = Fluid(
         name="water",
         fill=ShellFill(shell="tank", level=level * HEIGHT if level < 1 else None),
@@ -59,24 +34,14 @@ def scene(quality: Quality = "draft", level: Dimensionless = 1.0, velocity: Spee
         options={"x": 0.0, "z": 0.5 * HEIGHT},
         **({"value": 2e7, "source": "near 200 bar, T 3.4"} if level == 1 else {}),
     )
-    steel = material("steel, tank")
-    steel = material(steel.name, damage=steel.damage.model_copy(update={"necks": necks or None}))
     return Scene(
         name="tank_leak",
         title=f"Tank {f'filled to {100 * level:g} %' if wet else 'empty'}, hit at {velocity:g} m/s",
         source="T 3.4; experiments of Timm 2003",
-        shells=[
-            Shell(
-                name="tank",
-                surface=Cylinder(radius=RADIUS, length=HEIGHT, ends="discs"),
-                thickness=THICKNESS,
-                material=steel,
-                motion="free",
-            )
-        ],
-        rigids=[Rigid(name="bullet", mass=MASS, pinballs=bullet, velocity=(-velocity, 0, 0))],
+        shells=[tank(necks)],
+        rigids=[bullet(velocity)],
         fluids=[water] if wet else [],
-        motions=[PrescribedVelocity(shell="tank", where=where, velocity=(0, 0, 0), spin=(0, 0, 0)) for where in held],
+        motions=supports(d),
         duration="2.1 ms" if wet else "0.6 ms",
         # the bullet's entry into the water is what the energy balance misses, in proportion to the step
         numerics=Numerics(spacing=d, time_step_safety=0.75 if wet else 0.9),

@@ -31,7 +31,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="A name in scenes/, a .py script or a .json file.")]
+SceneArgument = Annotated[
+    str, typer.Argument(metavar="SCENE", help="A name in scenes/ or of a scene of the package, a .py script or a .json file.")
+]
 QualityOption = Annotated[str | None, typer.Option("--quality", "-q", help="draft, standard or paper.")]
 SetOption = Annotated[
     list[str] | None,
@@ -81,14 +83,14 @@ def resume(
     pictures: PicturesOption = True,
 ) -> None:
     """Go on with an interrupted run from its newest checkpoint, exactly; of a study, run what is not finished."""
-    from .run import session as running
+    from .run import session
 
     if (folder / "study.json").is_file():
         from .output.study import read_study
 
         _start(read_study(folder), folder, False, arch=arch, threads=threads, pictures=pictures, command="")
         return
-    running.resume(folder, arch=arch, threads=threads, pictures=pictures)
+    session.resume(folder, arch=arch, threads=threads, pictures=pictures)
 
 
 @app.command()
@@ -101,22 +103,23 @@ def validate(
 ) -> None:
     """Check a whole scene and print what a run would take; nothing is computed or written."""
     from .output.record import scene_hash
-    from .run import session as running
+    from .run import gate
     from .run.progress import Progress
-    from .studies.price import recorded
+    from .run.tell import tell_plan
+    from .studies.price.words import recorded
 
     found = load(_find(scene), settings(quality, set_))
-    folder = out or running.default_out(found)
+    folder = out or gate.default_out(found)
     if isinstance(found, Study):
         from .studies import study
 
         plans = study.plan_study(found, arch)
-        running.check_out(folder, sum(p.disk for p in plans.values()), "study.json")
+        gate.check_out(folder, sum(p.disk for p in plans.values()), "study.json")
         study.tell_study(found, plans, Progress())
     else:
-        planned = running.checked_plan(found, arch)
-        running.check_out(folder, planned.disk)
-        running.tell_plan(found, planned, Progress())
+        planned = gate.checked_plan(found, arch)
+        gate.check_out(folder, planned.disk)
+        tell_plan(found, planned, Progress())
         for line in recorded(found, scene_hash(found)):
             typer.echo(f"  {line}")
     path = _find(scene)
@@ -127,15 +130,24 @@ def validate(
 
 
 @app.command()
+def new(name: Annotated[str, typer.Argument(metavar="NAME", help="The name of the scene, which becomes NAME.py.")]) -> None:
+    """Write a commented scene to start from, into scenes/ where there is such a folder, else here."""
+    from .run.new import write_scene
+
+    path = write_scene(name, SCENES if SCENES.is_dir() else Path())
+    typer.echo(f"written: {path}; try it with: taichi-sph run {path}")
+
+
+@app.command()
 def render(
     folder: RunArgument,
     movie: Annotated[bool, typer.Option("--movie", help="Draw all frames as one animated GIF instead.")] = False,
 ) -> None:
     """Draw the pictures of a finished or interrupted run again, from its files; of a study, the comparison."""
-    from .run import session as running
+    from .run.draw import draw
     from .studies import study
 
-    for path in study.draw_study(folder) if (folder / "study.json").is_file() else running.draw(folder, movie=movie):
+    for path in study.draw_study(folder) if (folder / "study.json").is_file() else draw(folder, movie=movie):
         typer.echo(path)
 
 
@@ -146,10 +158,10 @@ def compare(
     title: Annotated[str, typer.Option("--title", help="Default: what the titles of the runs share.")] = "",
 ) -> None:
     """Draw the ends of several runs on one page, with the same colours and magnification."""
-    from .run import session as running
+    from .run.draw import can_draw
     from .run.progress import Progress
 
-    if not running.can_draw(Progress()):
+    if not can_draw(Progress()):
         return
     from .render import render_compare
 
@@ -254,7 +266,7 @@ def price(
     threads: ThreadsOption = None,
 ) -> None:
     """Turn the knobs of a scene one at a time: error against cost, as a chart, a table and in words."""
-    from .studies import price as pricing
+    from .studies.price import command as pricing
 
     words = command_line(scene, quality, set_, "price") + "".join(f" --quantity {shlex.quote(name)}" for name in quantity or ())
     words += "".join(f" --also {shlex.quote(text)}" for text in also or ())
@@ -325,10 +337,19 @@ def doctor(
     ] = None,
     quality: QualityOption = None,
     set_: SetOption = None,
+    fields: Annotated[bool, typer.Option("--fields", help="With --scene: what each of its fields is, as a table.")] = False,
 ) -> None:
     """Check this machine: Python, Taichi, threads, pictures, cache, disk; say how to mend what fails."""
     from .run.doctor import account, examine
 
+    if fields:
+        from .run.fields import markdown, rows
+        from .world.world import World
+
+        if scene is None:
+            raise SceneError("--fields needs --scene: fields are those of a scene")
+        typer.echo(markdown(rows(World(_scene(scene, quality, set_), arch=arch).pools)).strip())
+        return
     if scene is not None:
         account(_scene(scene, quality, set_), arch)
         return
@@ -346,6 +367,9 @@ def main(scene: SceneFunction | None = None, arguments: list[str] | None = None)
 
 def _guarded(command: typer.Typer, arguments: list[str] | None, name: str | None = None) -> int:
     """Runs a command; what it has to say about failure is one line on stderr."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")  # a title that the terminal cannot show is no reason to stop
     try:
         return command(args=arguments, prog_name=name, standalone_mode=False) or 0
     except TaichiSphError as error:
@@ -413,16 +437,23 @@ def settings(quality: str | None, pairs: list[str] | None) -> dict[str, Any]:
 
 
 def _find(name: str) -> Path:
-    """A path as it is, or a name in the scenes folder."""
+    """A path as it is, or the name of a scene."""
     path = Path(name)
     if path.suffix or path.is_file():
         return path
-    inside = SCENES / f"{name}.py"
-    if inside.is_file():
-        return inside
-    names = sorted(p.stem for p in SCENES.glob("*.py")) if SCENES.is_dir() else []
-    here = nearest(name, names) if names else f"; there is no folder '{SCENES}' with scenes here"
-    raise SceneError(f"there is no scene '{name}'{here}")
+    for folder in scene_folders():
+        inside = folder / f"{name}.py"
+        if inside.is_file() and not name.startswith("_"):
+            return inside
+    names = {p.stem: None for folder in scene_folders() for p in sorted(folder.glob("[!_]*.py"))}
+    raise SceneError(f"there is no scene '{name}'{nearest(name, names)}")
+
+
+def scene_folders() -> list[Path]:
+    """Where names of scenes are looked for: scenes/ in the folder one works in, then those that came with the package."""
+    package = Path(__file__).resolve().parent
+    shipped = package / "scenes"  # of a wheel; in a checkout they stand beside the package
+    return [folder for folder in (SCENES, shipped if shipped.is_dir() else package.parent / "scenes") if folder.is_dir()]
 
 
 def _start(found: Scene | Study, out: Path | None, overwrite: bool, **how: Any) -> None:
@@ -432,12 +463,12 @@ def _start(found: Scene | Study, out: Path | None, overwrite: bool, **how: Any) 
 
         run_study(found, out, overwrite=overwrite, **how)
     else:
-        from .run import session as running
+        from .run import gate, session
 
-        folder = out or running.default_out(found)
+        folder = out or gate.default_out(found)
         if not overwrite:
-            running.spare(folder)
-        running.run(found, folder, **how)
+            gate.spare(folder)
+        session.run(found, folder, **how)
 
 
 def _scene(name: str, quality: str | None, pairs: list[str] | None) -> Scene:

@@ -15,6 +15,10 @@ class TaichiSphError(Exception):
 
     exit_code = 1
 
+    def __init__(self, sentence: object = ""):
+        """A line break, or another sign that is not printed, is written as in a text of Python: it may come from the user."""
+        super().__init__("".join(c if c.isprintable() else repr(c)[1:-1] for c in str(sentence)))
+
 
 class SceneError(TaichiSphError):
     """A scene, mesh, checkpoint or option that cannot be used; nothing was written."""

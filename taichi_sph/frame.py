@@ -10,7 +10,8 @@ from typing import Literal
 
 import numpy as np
 
-Kind = Literal["shell", "rigid", "fluid"]
+Kind = str  # of the body: "shell", "rigid", "fluid", or another one
+Form = Literal["surface", "balls", "particles", "points"]
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,18 @@ class BodyFrame:
     point_data: dict[str, np.ndarray] = field(default_factory=dict)
     cell_data: dict[str, np.ndarray] = field(default_factory=dict)
     kind: Kind = "shell"
+
+    @property
+    def form(self) -> Form:
+        """What a body is made of, whatever its kind: cells of a surface; balls with a "radius"; particles with a "diameter"; points."""
+        if len(self.cells):
+            return "surface"
+        return "balls" if "radius" in self.point_data else "particles" if "diameter" in self.point_data else "points"
+
+    @property
+    def outside(self) -> np.ndarray:
+        """(N,) bool: particles that have left their tank."""
+        return np.asarray(self.point_data.get("outside", np.zeros(len(self.points)))) != 0
 
     @property
     def reference(self) -> np.ndarray:

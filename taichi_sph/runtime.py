@@ -50,6 +50,8 @@ def start(arch: str = "cpu", precision: str = "f64", threads: int | None = None)
     global _current
     if arch not in ARCHS:
         raise SceneError(f"arch: {arch!r} is not known; choose one of {', '.join(ARCHS)}")
+    if arch == "vulkan" and precision == "f64":
+        raise SceneError("arch: 'vulkan' has no exp, log and powers of 64 bits; use numerics.precision = f32 there, or --arch cpu or cuda")
     real = ti.f32 if precision == "f32" else ti.f64
     options = {"cpu_max_num_threads": threads} if threads else {}
     with contextlib.redirect_stdout(io.StringIO()):  # it prints the arch whatever the log level
@@ -74,6 +76,17 @@ def current() -> Runtime:
     if _current is None:
         raise RuntimeError("runtime.start has not been called")
     return _current
+
+
+def functions_of_64_bits() -> bool:
+    """Whether this device has exp, log, sin and powers in f64; shaders have them in f32 only (numerics/doubles.py)."""
+    return current().arch in ("cpu", "cuda")
+
+
+def one_by_one() -> bool:
+    """Whether this device does long loops of one thread well: a GPU does not, and drivers cut them off (Mesa's software device: after
+    65535 rounds of a thread, silently). There NumPy does what must be done in order."""
+    return current().arch == "cpu"
 
 
 def in_any_order(kernel: Callable[..., Any]) -> Callable[..., Any]:

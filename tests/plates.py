@@ -145,12 +145,6 @@ def displacement(sim) -> np.ndarray:
     return runtime.get(sim.shell.nodes.u, sim.shell.nodes.n)[:, :2].astype(float)
 
 
-def same_state(a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> list[str]:
-    """Names of the entries that differ by a bit (nan equals nan)."""
-    assert a.keys() == b.keys()
-    return [k for k in a if np.asarray(a[k]).tobytes() != np.asarray(b[k]).tobytes()]
-
-
 def crack() -> Cut:
     """Half of the side, at mid-height."""
     return Cut(start=(0, SIDE / 2, 0), end=(SIDE / 2, SIDE / 2, 0))

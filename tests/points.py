@@ -4,7 +4,7 @@ import numpy as np
 
 from taichi_sph import runtime
 from taichi_sph.bodies.shell_sph import metal
-from taichi_sph.bodies.shell_sph.pool import Cells, MaterialPool
+from taichi_sph.bodies.shell_sph.pool import Cells, MaterialPool, Section
 from taichi_sph.pool import Pool
 from taichi_sph.runtime import ti
 from taichi_sph.scene import Material
@@ -25,9 +25,9 @@ class Points(Pool):
     def __init__(self, n: int, material: Material, bends: bool = True):
         super().__init__("points")
         self.n = n
-        self.material = MaterialPool(material, THICKNESS, bends)
+        self.material = MaterialPool([Section(material, THICKNESS)], bends)
         size = 8 if bends else 3
-        self.spares = False
+        self.spares = self.several = False
         self.strain = self.field("strain", n, size, keeps=True)
         self.result = self.field("result", n, size)
         self.energy = self.field("energy", n)
@@ -35,7 +35,7 @@ class Points(Pool):
             setattr(self, name, self.field(name, n, keeps=name not in ("area", "shear")))
         runtime.put(self.area, np.ones(n))
         runtime.put(self.shear, np.full(n, 5 / 6 * G * THICKNESS))
-        Cells._metal(self, self.material, bends)
+        Cells._metal(self, self.material, bends, np.zeros(n, np.int32))
         self._fresh = self.state()
 
     def reset(self) -> None:

@@ -13,7 +13,7 @@ PAGES = sorted(p for p in (*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)#\s]*)(?:#[^)]*)?\)")
 FILE = re.compile(r"(?<![\w/.-])((?:[\w-]+/)*[\w-]+\.(?:py|json|md|gif|png|toml|lock))\b")
 WRITTEN = ("DIR/", "pictures/", "summary.json", "record.json", "both.png")  # by runs
-MADE = {"scenes/x.py", "x.py"}  # what a reader is to write
+MADE = {"scenes/x.py", "x.py", "scene.py"}  # what a reader is to write
 UNDRAWN = {"taichi_sph/output/measures"}
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from ..frame import BodyFrame
     from ..pool import Pool
+    from .surface import Surface
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,11 @@ class Span:
     name: str
     first: int
     n: int
+
+    @property
+    def rows(self) -> slice:
+        """Its rows of an array of the pool."""
+        return slice(self.first, self.first + self.n)
 
 
 @dataclass
@@ -41,6 +47,11 @@ class Now:
     def half_time(self) -> float:
         """Time of the velocities to come, v_n+1/2 [s]."""
         return self.time + 0.5 * self.dt
+
+    @property
+    def kick(self) -> float:
+        """Time over which a force at n changes velocities [s]."""
+        return 0.5 * (self.dt_before + self.dt)
 
     def due(self, group: Group) -> bool:
         return self.step % group.every == 0
@@ -71,8 +82,12 @@ class Group(Protocol):
     """A kind of body at work. A step calls strain, events, force and move, in this order, couplings in between (world/step.py)."""
 
     kind: str
-    bodies: Sequence[Span]
     every: int  # steps of the clock between two of its own
+
+    @property
+    def bodies(self) -> Sequence[Span]:
+        """In the order of their points in the pools."""
+        ...
 
     def pools(self) -> Sequence[Pool]:
         """All that has fields or history, in the order in which a restart renews it."""
@@ -126,6 +141,10 @@ class Group(Protocol):
         """Each body now."""
         ...
 
+    def surface(self) -> Surface | None:
+        """What couplings see of the group; None where nothing can touch it."""
+        ...
+
 
 class Rest:
     """What a kind that has nothing to say of something says. Kinds derive from it and write what they need."""
@@ -163,6 +182,9 @@ class Rest:
 
     def status(self) -> dict[str, int]:
         return {}
+
+    def surface(self) -> Surface | None:
+        return None
 
 
 def common_schedule(groups: Sequence[Group]) -> int:

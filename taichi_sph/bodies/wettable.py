@@ -102,5 +102,6 @@ class Wets(Protocol):
 
 def wettables(groups: Sequence[Any], name: str, spacing: float, meets: Callable[[str], bool]) -> list[Wettable]:
     """The points of all groups that have some."""
-    found = [group.wettable(f"{name}.{group.kind}", spacing, meets) for group in groups if hasattr(group, "wettable")]
+    able = [group for group in groups if hasattr(group, "wettable")]
+    found = [group.wettable(f"{name}.surface_{k}", spacing, meets) for k, group in enumerate(able, start=1)]
     return [one for one in found if one is not None]

@@ -6,6 +6,7 @@ edges of the cells carry the mean values from which cell gradients are made (doc
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -46,6 +47,13 @@ class SurfaceMesh:
     def areas(self) -> np.ndarray:
         """(M,) cell areas [m2]."""
         return np.linalg.norm(self.area_vectors, axis=1)
+
+    @cached_property
+    def volume(self) -> float:
+        """Inside a closed surface [m3], negative where it points inward; no meaning where it is open."""
+        p = self.points - self.points.mean(axis=0)
+        a, b, c, d = (p[np.where(self.cells < 0, self.cells[:, :1], self.cells)[:, k]] for k in range(4))
+        return float((np.einsum("mi,mi->m", a, np.cross(b, c)) + np.einsum("mi,mi->m", a, np.cross(c, d))).sum() / 6)
 
     @cached_property
     def centres(self) -> np.ndarray:
@@ -102,6 +110,19 @@ class SurfaceMesh:
             has = self.cells[:, corner] >= 0
             np.add.at(normal, self.cells[has, corner], self.area_vectors[has])
         return normal / np.linalg.norm(normal, axis=1)[:, None]
+
+
+def joined(meshes: Sequence[SurfaceMesh]) -> SurfaceMesh:
+    """Several surfaces as one, one after the other; no two share a node. `spacing` is the smallest."""
+    if len(meshes) == 1:
+        return meshes[0]
+    first = np.cumsum([0, *(len(mesh.points) for mesh in meshes)])
+    cells = [np.where(mesh.cells < 0, -1, mesh.cells + n) for mesh, n in zip(meshes, first)]
+    normals = None
+    if any(mesh.normals is not None for mesh in meshes):
+        normals = np.concatenate([mesh.node_normals for mesh in meshes])
+    points = np.concatenate([mesh.points for mesh in meshes])
+    return SurfaceMesh(points, np.concatenate(cells).astype(np.int32), min(mesh.spacing for mesh in meshes), normals)
 
 
 @dataclass(frozen=True)

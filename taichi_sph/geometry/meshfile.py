@@ -18,11 +18,11 @@ from typing import NoReturn
 
 import numpy as np
 
-from ..errors import SceneError, nearest
+from ..errors import nearest
 from ..scene.units import show
 from .mesh import SurfaceMesh
 from .meshfiles import abaqus, foreign, gmsh, lsdyna, nastran, plain, radioss
-from .meshfiles.raw import Raw
+from .meshfiles.raw import Raw, refused
 from .normals import fitted_normals
 
 READERS = {
@@ -73,16 +73,21 @@ def read_raw(path: Path, time_limit: float = TIME_LIMIT) -> Raw:
     if not path.is_file():
         near = [p.name for p in path.parent.glob("*") if p.suffix.lower() in READABLE] if path.parent.is_dir() else []
         there = f"; the folder has {', '.join(sorted(near)[:5])}" if near else ""
-        raise SceneError(f"there is no mesh file '{path}'{there}")
+        raise refused(f"there is no mesh file '{path}'{there}")
     suffix = path.suffix.lower()
     if suffix not in READABLE:
-        raise SceneError(f"mesh {path.name}: '{path.suffix}' is no mesh format; readable are {', '.join(READABLE)}")
+        raise refused(f"mesh {path.name}: '{path.suffix}' is no mesh format; readable are {', '.join(READABLE)}")
     size = path.stat().st_size
     if size == 0:
-        raise SceneError(f"mesh {path.name} is an empty file")
+        raise refused(f"mesh {path.name} is an empty file")
     if size > LARGEST:
-        raise SceneError(f"mesh {path.name} has {size / 2**30:.1f} GB; at most {LARGEST // 2**30} GB are read")
-    return foreign.read(path, time_limit) if suffix in foreign.FORMATS else READERS[suffix](path)
+        raise refused(f"mesh {path.name} has {size / 2**30:.1f} GB; at most {LARGEST // 2**30} GB are read")
+    if suffix in foreign.FORMATS:
+        return foreign.read(path, time_limit)
+    try:
+        return READERS[suffix](path)
+    except (ValueError, IndexError, KeyError, TypeError, OverflowError, MemoryError) as error:  # none is known to get here
+        raise refused(f"mesh {path.name} cannot be read as {suffix} ({type(error).__name__})") from error
 
 
 def surface(
@@ -90,9 +95,9 @@ def surface(
 ) -> SurfaceMesh:
     """A checked SurfaceMesh of what a file says; `name` is the file's, for sentences."""
     if len(raw.cells) == 0:
-        raise SceneError(f"mesh {name} has no triangles or quadrangles")
+        raise refused(f"mesh {name} has no triangles or quadrangles")
     if raw.unit is not None and abs(scale / raw.unit - 1) > 1e-6:
-        raise SceneError(f"mesh {name} says that its unit of length is {raw.unit:g} m, and scale is {scale:g}: write scale = {raw.unit:g}")
+        raise refused(f"mesh {name} says that its unit of length is {raw.unit:g} m, and scale is {scale:g}: write scale = {raw.unit:g}")
     work = _Work(name, raw, scale)
     if part is not None:
         work.select(part)
@@ -120,7 +125,7 @@ class _Work:
 
     def refuse(self, why: str) -> NoReturn:
         counted = " (numbers count from 0)" if self.raw.first == 0 else ""
-        raise SceneError(f"mesh {self.name}{counted}: {why}")
+        raise refused(f"mesh {self.name}{counted}: {why}")
 
     def node_name(self, row: int) -> str:
         return self.raw.node(int(self.node[row]))
@@ -153,7 +158,7 @@ class _Work:
         if found is None:
             names = list(regions)
             has = f"it has {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}" if names else "it names no regions"
-            raise SceneError(f"mesh {self.name} has no part '{part}'{nearest(part, names)}; {has}")
+            raise refused(f"mesh {self.name} has no part '{part}'{nearest(part, names) if names else ''}; {has}")
         rows = np.sort(regions[found])
         self.cells, self.cell = self.cells[rows], self.cell[rows]
 
@@ -177,9 +182,9 @@ class _Work:
             hint = (
                 f"is the file in {unit}? (scale = {scale * UNITS[unit]:g})" if unit else "numerics.spacing should be about that of the mesh"
             )
-            raise SceneError(f"mesh {self.name}: spacing {show(own, 'm')} of the mesh against {show(spacing, 'm')} of the numerics: {hint}")
+            raise refused(f"mesh {self.name}: spacing {show(own, 'm')} of the mesh against {show(spacing, 'm')} of the numerics: {hint}")
         if not 1e-6 <= size <= 1e4:
-            raise SceneError(
+            raise refused(
                 f"mesh {self.name} is {size:.3g} m large with scale = {scale:g}; a body is between 1e-6 m and 1e4 m: "
                 "is it in millimetres (scale = 0.001)?"
             )
@@ -224,7 +229,7 @@ class _Work:
         if noisy.any():
             row = int(np.argmax(noisy))
             self.notes.append(
-                f"{int(noisy.sum())} nodes merged with others within {SEAM:g} of their cells (the first: {self.node_name(row)} with "
+                f"{_some(noisy, 'node')} merged with others within {SEAM:g} of their cells (the first: {self.node_name(row)} with "
                 f"{self.node_name(int(onto[row]))}, at {_place(self.points[row])}); merge = False keeps slits open"
             )
         kept = ~gone
@@ -267,7 +272,7 @@ class _Work:
         part = d / np.minimum(reach[i], reach[j]) if len(i) else d
         slit = part <= SEAM
         if slit.any():
-            self.notes.append(f"{int(slit.sum())} pairs of nodes in one place kept: slits of zero width stay open")
+            self.notes.append(f"{_some(slit, 'pair')} of nodes in one place kept: slits of zero width stay open")
         i, j, d, part = i[~slit], j[~slit], d[~slit], part[~slit]
         if len(i):
             self.refuse(
@@ -337,7 +342,7 @@ class _Work:
         turned = np.bincount(piece, flip, minlength=pieces) > 0.5 * np.bincount(piece, minlength=pieces)
         flip ^= turned[piece]  # most of a piece's cells keep their direction
         if flip.any():
-            self.notes.append(f"{int(flip.sum())} cells turned round, as most of their piece say")
+            self.notes.append(f"{_some(flip, 'cell')} turned round, as most of their piece say")
         self.cells = _turned(cells, flip)
         closed = np.bincount(piece[owner[order[starts[uses == 1]]]], minlength=pieces) == 0
         vectors = self.area_vectors()
@@ -345,16 +350,16 @@ class _Work:
             up = np.bincount(piece, vectors[:, 2], minlength=pieces) > 0
             self.cells = _turned(self.cells, ~up[piece])
         else:
-            middle = np.stack([np.bincount(piece, c, minlength=pieces) for c in self.corners().mean(axis=1).T], axis=1)
-            middle /= np.bincount(piece, minlength=pieces)[:, None]
+            sums = np.stack([np.bincount(piece, c, minlength=pieces) for c in self.corners().mean(axis=1).T], axis=1)
+            middle = sums / np.bincount(piece, minlength=pieces)[:, None]
             p = self.corners() - middle[piece][:, None, :]
             six = sum(np.einsum("mi,mi->m", p[:, 0], np.cross(p[:, k], p[:, k + 1])) for k in (1, 2))
             inward = closed & (np.bincount(piece, six, minlength=pieces) < 0)
             if inward.any():
-                self.notes.append(f"{int(inward.sum())} closed piece{'s' if inward.sum() > 1 else ''} turned outward")
+                self.notes.append(f"{_some(inward, 'closed piece')} turned outward")
             self.cells = _turned(self.cells, inward[piece])
-        normal = self.area_vectors()
-        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        area = self.area_vectors()
+        normal = area / np.linalg.norm(area, axis=1)[:, None]
         lean = np.einsum("ki,ki->k", normal[one], normal[two])
         if len(lean) and lean.min() < FOLD:
             k = int(np.argmin(lean))
@@ -425,6 +430,10 @@ def _turned(cells: np.ndarray, which: np.ndarray) -> np.ndarray:
     result[three] = cells[three][:, [0, 2, 1, 3]]
     result[four] = cells[four][:, [0, 3, 2, 1]]
     return result
+
+
+def _some(which: np.ndarray, what: str) -> str:
+    return f"{int(which.sum())} {what}{'' if which.sum() == 1 else 's'}"
 
 
 def _place(point: np.ndarray) -> str:

@@ -82,6 +82,9 @@ def report(mesh: SurfaceMesh) -> str:
     if mesh.regions:
         some = [f"{name} ({mask.sum()} cells)" for name, mask in list(mesh.regions.items())[:6]]
         said.append(f"regions {', '.join(some)}" + (f" and {len(mesh.regions) - 6} more" if len(mesh.regions) > 6 else ""))
+    if mesh.thickness:
+        some = [f"{name} {1e3 * value:.4g} mm" for name, value in list(mesh.thickness.items())[:6]]
+        said.append(f"thicknesses of the file, not used: {', '.join(some)}{', ...' if len(mesh.thickness) > 6 else ''}")
     return "; ".join(said)
 
 
@@ -99,8 +102,5 @@ def _closed(mesh: SurfaceMesh) -> str:
     if open_.any():
         loops = parts(nodes[open_, 0], nodes[open_, 1])
         return f"open{among}: {open_.sum()} edges bound one cell, in {loops} loop{'s' if loops > 1 else ''}"
-    p = mesh.points - mesh.points.mean(axis=0)
-    a, b, c, d = (p[np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)[:, k]] for k in range(4))
-    volume = float((np.einsum("mi,mi->m", a, np.cross(b, c)) + np.einsum("mi,mi->m", a, np.cross(c, d))).sum() / 6)
-    inward = ", normals point inward" if volume < 0 else ""
-    return f"closed (watertight){among}, volume {abs(volume):.6g} m^3{inward}"
+    inward = ", normals point inward" if mesh.volume < 0 else ""
+    return f"closed (watertight){among}, volume {abs(mesh.volume):.6g} m^3{inward}"

@@ -57,9 +57,9 @@ def power_after(lam, more, stress, A, B, n):
 
 
 @ti.func
-def table(lam, points: ti.template(), count):
-    """(sigma_y, slope) [Pa] from `count` entries (lambda, sigma_y) of the field `points`."""
-    low, high = 0, count - 1  # points[low] <= lam < points[high], by halving
+def table(lam, points: ti.template(), first, count):
+    """(sigma_y, slope) [Pa] from `count` entries (lambda, sigma_y) of the field `points`, from `first` on."""
+    low, high = first, first + count - 1  # points[low] <= lam < points[high], by halving
     stress, slope = points[high][1], points[high][1] * 0.0
     if lam < points[high][0]:
         while high - low > 1:

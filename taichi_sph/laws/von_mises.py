@@ -67,20 +67,22 @@ def pressure2(s: ti.template(), alpha):
 
 
 @ti.func
-def strength_after(material: ti.template(), lam, more, stress):
+def strength_after(material: ti.template(), body, lam, more, stress):
     """(sigma_y, slope) [Pa] of the material's hardening at lam + more, where it is `stress` at lam."""
     result, slope = stress, stress * 0.0
     if ti.static(material.tabulated):
-        result, slope = hardening.table(lam + more, material.points, material.n_points[0])
+        result, slope = hardening.table(lam + more, material.points, material.first_point[body], material.n_points[body])
     elif ti.static(material.exact):
-        result, slope = hardening.power_after(lam, more, stress, material.yield_stress[0], material.hardening[0], material.exponent[0])
+        result, slope = hardening.power_after(
+            lam, more, stress, material.yield_stress[body], material.hardening[body], material.exponent[body]
+        )
     else:  # sums of small increments lose too much in f32
-        result, slope = hardening.power(lam + more, material.yield_stress[0], material.hardening[0], material.exponent[0])
+        result, slope = hardening.power(lam + more, material.yield_stress[body], material.hardening[body], material.exponent[body])
     return result, slope
 
 
 @ti.func
-def multiplier(material: ti.template(), a: ti.template(), k: ti.template(), flow, lam, kept, rate_factor):
+def multiplier(material: ti.template(), body, a: ti.template(), k: ti.template(), flow, lam, kept, rate_factor):
     """(dp, sigma_y) that satisfy sum_j a_j / (1 + k_j dp / sigma_y)^2 = sigma_y(lam + kept dp)^2.
 
     a: squares of the trial stress by mode [Pa2]; k: h g of the modes [Pa]; flow: sigma_y at dp = 0, without its rate
@@ -97,11 +99,11 @@ def multiplier(material: ti.template(), a: ti.template(), k: ti.template(), flow
     dp, now = first * 0.0, first
     if trial > first:
         low, high = dp, (trial - first) / least
-        stress, slope = strength_after(material, lam, dp, flow)
+        stress, slope = strength_after(material, body, lam, dp, flow)
         dp = ti.min((trial - first) / (steep / trial2 + rate_factor * kept * slope), high)
         going, round = 1, 0
         while going == 1:
-            stress, slope = strength_after(material, lam, kept * dp, flow)
+            stress, slope = strength_after(material, body, lam, kept * dp, flow)
             now = rate_factor * stress
             slope *= rate_factor * kept
             reach = dp / now  # l, and its derivative after dp
@@ -137,10 +139,10 @@ def modes(x: ti.template(), y: ti.template()):
 
 
 @ti.func
-def return_plane(material: ti.template(), s: ti.template(), bulk, shear, flow, lam, kept, rate_factor):
+def return_plane(material: ti.template(), body, s: ti.template(), bulk, shear, flow, lam, kept, rate_factor):
     """(returned stress, dp, sigma_y) of a trial stress s (m11, m22, m12) beyond the surface; bulk = E/(2(1-nu)), shear = 3G."""
     a1, a2 = modes(s, s)
-    dp, now = multiplier(material, ti.Vector([a1, a2]), ti.Vector([bulk, shear]), flow, lam, kept, rate_factor)
+    dp, now = multiplier(material, body, ti.Vector([a1, a2]), ti.Vector([bulk, shear]), flow, lam, kept, rate_factor)
     mean, half = 0.5 * (s[0] + s[1]) / (1.0 + bulk * dp / now), 0.5 * (s[0] - s[1])
     less = 1.0 / (1.0 + shear * dp / now)
     r = ti.Vector([mean + less * half, mean - less * half, less * s[2]])
@@ -148,9 +150,9 @@ def return_plane(material: ti.template(), s: ti.template(), bulk, shear, flow, l
 
 
 @ti.func
-def return_with(material: ti.template(), s: ti.template(), c, bulk, shear, sheared, flow, lam, kept, rate_factor):
+def return_with(material: ti.template(), body, s: ti.template(), c, bulk, shear, sheared, flow, lam, kept, rate_factor):
     """(returned stress, dp, sigma_y) of a trial stress (m, b, s) beyond the surface, with cross coefficient c."""
-    b2 = 3.0 * material.alpha[0] * material.alpha[0]
+    b2 = 3.0 * material.alpha[body] * material.alpha[body]
     off = 0.5 * (1.0 - b2)
     radius = ti.sqrt(off * off + c * c)
     gx, gy = 0.5 * (1.0 + b2) + radius, 0.5 * (1.0 + b2) - radius
@@ -163,10 +165,10 @@ def return_with(material: ti.template(), s: ti.template(), c, bulk, shear, shear
     x, y = cos * m + sin * b, cos * b - sin * m
     x1, x2 = modes(x, x)
     y1, y2 = modes(y, y)
-    across = 3.0 * material.kappa[0]
+    across = 3.0 * material.kappa[body]
     a = ti.Vector([gx * x1, gx * x2, gy * y1, gy * y2, across * (s[6] * s[6] + s[7] * s[7])])
     k = ti.Vector([bulk * gx, shear * gx, bulk * gy, shear * gy, across * sheared])
-    dp, now = multiplier(material, a, k, flow, lam, kept, rate_factor)
+    dp, now = multiplier(material, body, a, k, flow, lam, kept, rate_factor)
     d = 1.0 / (1.0 + k * (dp / now))
     xm, xh, ym, yh = 0.5 * d[0] * (x[0] + x[1]), 0.5 * d[1] * (x[0] - x[1]), 0.5 * d[2] * (y[0] + y[1]), 0.5 * d[3] * (y[0] - y[1])
     x = ti.Vector([xm + xh, xm - xh, d[1] * x[2]])
@@ -176,7 +178,7 @@ def return_with(material: ti.template(), s: ti.template(), c, bulk, shear, shear
 
 
 @ti.func
-def return_section(material: ti.template(), s: ti.template(), trial2, bulk, shear, sheared, flow, lam, kept, rate_factor):
+def return_section(material: ti.template(), body, s: ti.template(), trial2, bulk, shear, sheared, flow, lam, kept, rate_factor):
     """(returned stress, dp, sigma_y) of a trial stress (m, b, s) beyond the surface, trial2 = sigma_eq^2 of it;
     `sheared` = G_s / e.
 
@@ -188,7 +190,7 @@ def return_section(material: ti.template(), s: ti.template(), trial2, bulk, shea
     x1, x2 = modes(m, b)
     m1, m2 = modes(m, m)
     b1, b2 = modes(b, b)
-    half, part = 0.5 * material.alpha[0], 3.0 * material.alpha[0] * material.alpha[0]
+    half, part = 0.5 * material.alpha[body], 3.0 * material.alpha[body] * material.alpha[body]
     low, high = -half, half
     slip = (ti.sqrt(trial2) / (rate_factor * flow) - 1.0) * trial2 / (bulk * (m1 + part * part * b1) + shear * (m2 + part * part * b2))
     left = x1 + x2 - slip * (1.0 + part) * (bulk * x1 + shear * x2)
@@ -198,7 +200,7 @@ def return_section(material: ti.template(), s: ti.template(), trial2, bulk, shea
     c_last, left_last = c, left
     going, round = 1, 0
     while going == 1:
-        r, dp, now = return_with(material, s, c, bulk, shear, sheared, flow, lam, kept, rate_factor)
+        r, dp, now = return_with(material, body, s, c, bulk, shear, sheared, flow, lam, kept, rate_factor)
         m, b = ti.Vector([r[0], r[1], r[2]]), ti.Vector([r[3], r[4], r[5]])
         left = product(m[0], m[1], m[2], b[0], b[1], b[2])
         round += 1
@@ -220,5 +222,5 @@ def return_section(material: ti.template(), s: ti.template(), trial2, bulk, shea
             if c <= low and low > -half or c >= high and high < half or round % 4 == 0:
                 c = 0.5 * (low + high)
     # what is left of the edge and of Newton is taken by B.13: exactly onto the surface
-    r *= now / ti.sqrt(equivalent2(r, material.alpha[0], material.kappa[0]))
+    r *= now / ti.sqrt(equivalent2(r, material.alpha[body], material.kappa[body]))
     return r, dp, now

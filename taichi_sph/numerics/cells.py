@@ -7,8 +7,12 @@ the table, a point counts only when it truly lies in the cube asked for, which a
 
 from typing import Any
 
+import numpy as np
+
 from .. import runtime
 from ..runtime import ti
+
+CUBES = 27  # the one that holds a point, and those around it
 
 
 @ti.data_oriented
@@ -26,7 +30,11 @@ class CellGrid:
 
     def rebuild(self) -> None:
         """Sort the points anew (they may have moved)."""
-        _sort(self, self.n, self.table, 1.0 / self.reach)
+        if runtime.one_by_one():
+            _sort(self, self.n, self.table, 1.0 / self.reach)
+            return
+        _buckets(self, self.n, self.table, 1.0 / self.reach)
+        group(self.sorted, self.start, self.sorted, self.n, self.table)
 
 
 @ti.func
@@ -39,6 +47,17 @@ def cube(x, inverse_reach):
 def bucket(c, table):
     """Place of a cube in the table (Teschner et al. 2003)."""
     return ((c[0] * 73856093) ^ (c[1] * 19349663) ^ (c[2] * 83492791)) & (table - 1)
+
+
+@ti.func
+def beside(grid: ti.template(), x, k, inverse_reach, table):
+    """Cube k of the CUBES around the point x, and where its bucket begins and ends in `sorted`.
+
+    A point j of the bucket counts when `all(cube(places[j], inverse_reach) == there)`: another cube may share the bucket.
+    """
+    there = cube(x, inverse_reach) + ti.Vector([k // 9 - 1, k // 3 % 3 - 1, k % 3 - 1])
+    place = bucket(there, table)
+    return there, grid.start[place], grid.start[place + 1]
 
 
 @ti.kernel
@@ -65,8 +84,34 @@ def _sort(grid: ti.template(), n: ti.i32, table: ti.i32, inverse_reach: ti.f64):
 
 
 @ti.kernel
-def running(start: ti.template(), n: ti.i32) -> ti.i32:
+def _buckets(grid: ti.template(), n: ti.i32, table: ti.i32, inverse_reach: ti.f64):
+    for i in range(n):
+        grid.sorted[i] = bucket(cube(grid.points[i], inverse_reach), table)
+
+
+def group(owner: Any, start: Any, entry: Any, n: int, owners: int) -> None:
+    """Puts n entries in order of their owners, those of one owner in their own order, in NumPy.
+
+    Fields of i32: owner (n) of each entry; start (owners + 1), where the entries of each owner begin; entry (n), their numbers in that
+    order, which may be the field `owner` itself.
+    """
+    whose = runtime.get(owner, n)
+    runtime.put(entry, np.argsort(whose, kind="stable").astype(np.int32))
+    runtime.put(start, np.concatenate([[0], np.cumsum(np.bincount(whose, minlength=owners))]).astype(np.int32))
+
+
+def running(start: Any, n: int) -> int:
     """Counts of n owners, from start[1] on, become where each one's entries begin; returns how many there are."""
+    if runtime.one_by_one():
+        return _running(start, n)
+    counts = runtime.get(start, n + 1)
+    counts[0] = 0
+    runtime.put(start, np.cumsum(counts, dtype=np.int32))
+    return int(counts.sum())
+
+
+@ti.kernel
+def _running(start: ti.template(), n: ti.i32) -> ti.i32:
     total = 0
     ti.loop_config(serialize=True)
     for _ in range(1):

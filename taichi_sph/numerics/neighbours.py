@@ -16,6 +16,7 @@ import numpy as np
 from .. import runtime
 from ..pool import Pool
 from ..runtime import ti
+from .cells import group
 
 WIDE = 5  # cells that a query sees along each axis: at least so many there must be, or one would be seen twice
 BLOCK = 4096
@@ -49,7 +50,11 @@ class Neighbours(Pool):
 
     def order(self) -> None:
         """`source`: the points' numbers sorted by cell, the order within a cell kept. The owner then moves them."""
-        _sort(self, self.n, self.cells, 2.0 / self.reach)
+        if runtime.one_by_one():
+            _sort(self, self.n, self.cells, 2.0 / self.reach)
+            return
+        _cells(self, self.n, 2.0 / self.reach)
+        group(self.number, self.start, self.source, self.n, self.cells)
 
     def list(self) -> None:
         """The lists of points that stand in the order of `order`."""
@@ -113,6 +118,13 @@ def _sort(nb: ti.template(), n: ti.i32, cells: ti.i32, inverse: ti.f64):
             c = nb.number[i] + 1
             nb.source[nb.start[c]] = i
             nb.start[c] += 1
+
+
+@ti.kernel
+def _cells(nb: ti.template(), n: ti.i32, inverse: ti.f64):
+    for i in range(n):
+        c = nb.cell(nb.x[i], inverse)
+        nb.number[i] = nb.row(c[1], c[2]) + nb.wrap(c[0], 0)
 
 
 @ti.func

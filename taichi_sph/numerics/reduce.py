@@ -14,9 +14,9 @@ BLOCK = 2048
 class Reducer:
     """Scratch for up to `n` entries."""
 
-    def __init__(self, n: int):
+    def __init__(self, n: int, name: str = "reduce"):
         self.blocks = max(1, -(-n // BLOCK))
-        self.partial = runtime.new("reduce.partial", self.blocks, dtype="f64")
+        self.partial = runtime.new(f"{name}.partial", self.blocks, dtype="f64")
 
     def total(self, values: Any, n: int) -> float:
         """Sum of the first n entries of a scalar field, in f64."""
@@ -31,11 +31,12 @@ class Reducer:
         return float(runtime.get(self.partial, used).max())
 
 
-def fastest(velocities: Any, places: Any, n: int) -> tuple[int, str]:
-    """The number of the fastest of n points (of the first that is no number), and where and how fast it moves, in words."""
-    v = np.linalg.norm(runtime.get(velocities, n).astype(float), axis=1)
+def fastest(velocities: Any, places: Any, n: int, first: int = 0) -> tuple[int, str]:
+    """The number of the fastest of n points (of the first that is no number), counted from `first` on, and where and how fast it
+    moves, in words."""
+    v = np.linalg.norm(runtime.get(velocities, first + n)[first:].astype(float), axis=1)
     i = int(np.argmax(np.where(np.isfinite(v), v, np.inf)))
-    place = ", ".join(f"{1e3 * x:.4g}" for x in runtime.get(places, n)[i])
+    place = ", ".join(f"{1e3 * x:.4g}" for x in runtime.get(places, first + n)[first + i])
     return i, f"at ({place}) mm moves at {v[i]:.3g} m/s"
 
 

@@ -26,8 +26,8 @@ SCALES = {
 
 # options of a quantity as words, in this order; {} is the value
 OPTIONS = {
-    "striker": "of {}", "mode": "of mode {}", "column": "of {}", "history": "in {}", "body": "of {}", "time": "at {}", "start": "from {}",
-    "end": "to {}", "reference": "over {}",
+    "striker": "of {}", "fluid": "of {}", "mode": "of mode {}", "column": "of {}", "history": "in {}", "body": "of {}", "time": "at {}",
+    "start": "from {}", "end": "to {}", "reference": "over {}",
 }  # fmt: skip
 ENOUGH = 10  # particles that have left: fewer make no rate
 PLAIN = ("surge_delay", "surge_deviation", "surge_speed")  # their start and end are no times
@@ -217,20 +217,31 @@ def _strikers(run: RunFolder) -> list[str]:
     return found
 
 
-def _leak(run: RunFolder, ruptured: bool) -> list[str]:
-    """What leaves a tank, and how fast."""
-    if leak.HISTORY not in run.histories() or not len(run.history(leak.HISTORY)):
+def _leaks(run: RunFolder, ruptured: dict[str, bool]) -> list[str]:
+    """What leaves each tank, and how fast. ruptured: by the name of the shell."""
+    tanks = leak.tanks(run)
+    shells = {fluid.name: getattr(fluid.fill, "shell", "") for fluid in run.scene.fluids}
+    return [line for fluid in tanks for line in _leak(run, fluid, ruptured.get(shells[fluid], False), len(tanks) > 1)]
+
+
+def _leak(run: RunFolder, fluid: str, ruptured: bool, named: bool) -> list[str]:
+    """What leaves one tank."""
+    _, history = leak.watched(run, fluid)
+    if not len(history):
         return []
-    history = run.history(leak.HISTORY)
-    out = float(leak.litres(run, history)[-1])
+    what = fluid.replace("_", " ")
+    out = float(leak.litres(run, history, fluid)[-1])
     if out <= 0:
-        return ["Nothing leaked out." if not ruptured else f"Nothing leaked out by {quantity_text(float(history.time[-1]), 's')}."]
+        nothing = f"Nothing of {what} leaked out" if named else "Nothing leaked out"
+        return [f"{nothing}." if not ruptured else f"{nothing} by {quantity_text(float(history.time[-1]), 's')}."]
+    it = what[0].upper() + what[1:] if named else "It"
     count = int(history["escaped_count"][-1])
     if count < ENOUGH:
-        text = f"It begins to leak: {quantity_text(out, 'l')} by the end ({count} particle{'s' if count > 1 else ''}, too few for a rate)"
+        text = f"{it} begins to leak: {quantity_text(out, 'l')} by the end ({count} particle{'s' if count > 1 else ''}, too few for a rate)"
     else:
-        text = f"It leaks {quantity_text(leak.leak_rate(run, run.scene), 'l/s')} at the end: {quantity_text(out, 'l')} so far"
-    speed = leak.jet_speed(run, run.scene)
+        rate = leak.leak_rate(run, run.scene, fluid=fluid)
+        text = f"{it} leaks {quantity_text(rate, 'l/s')} at the end: {quantity_text(out, 'l')} so far"
+    speed = leak.jet_speed(run, run.scene, fluid=fluid)
     if speed is not None:
         text += f", in a jet of {quantity_text(speed, 'm/s')}"
     area = float(history["opening_area"][-1])
@@ -241,8 +252,8 @@ def _leak(run: RunFolder, ruptured: bool) -> list[str]:
 
 def _struck(run: RunFolder, shells: list[Shell]) -> list[str]:
     """The verdict on shells that are struck or filled."""
-    told = [_rupture(run, shell) for shell in shells]
-    return [*(text for text, _ in told), *_leak(run, any(broke for _, broke in told)), *_strikers(run)]
+    told = {shell.name: _rupture(run, shell) for shell in shells}
+    return [*(text for text, _ in told.values()), *_leaks(run, {name: broke for name, (_, broke) in told.items()}), *_strikers(run)]
 
 
 def answer(run: RunFolder, summary: dict[str, Any] | None = None) -> list[str]:

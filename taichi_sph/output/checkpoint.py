@@ -15,8 +15,8 @@ import os
 import re
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
+from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 
@@ -42,6 +42,10 @@ class Checkpoint:
     dt: float
     state: dict[str, np.ndarray]
     extra: dict[str, object] = field(default_factory=dict)
+
+
+def _bytes(array: np.ndarray) -> memoryview:
+    return np.ascontiguousarray(array).reshape(-1).view(np.uint8).data
 
 
 def state_hash(state: dict[str, np.ndarray]) -> str:
@@ -112,11 +116,8 @@ def save(
     path = folder / f"step_{step:09d}{SUFFIX}"
     with files.whole(path, "wb") as file:
         digest = hashlib.sha256()
-        for part in (
-            MAGIC,
-            json.dumps(header).encode() + b"\n",
-            *(np.ascontiguousarray(a).reshape(-1).view(np.uint8) for a in arrays.values()),
-        ):
+        parts: list[bytes | memoryview] = [MAGIC, json.dumps(header).encode() + b"\n", *map(_bytes, arrays.values())]
+        for part in parts:
             digest.update(part)
             file.write(part)
         file.write(digest.digest())
@@ -180,7 +181,7 @@ def load(path: Path | str, scene_hash: str | None = None) -> Checkpoint:
         raise refuse(f"has a damaged header ({type(error).__name__})") from None
 
 
-def _read(file: BinaryIO, size: int, path: Path, scene_hash: str | None, refuse: Callable[[str], SceneError]) -> Checkpoint:
+def _read(file: BufferedReader, size: int, path: Path, scene_hash: str | None, refuse: Callable[[str], SceneError]) -> Checkpoint:
     """The content of an open file of `size` bytes. No array is allocated before the file is known to be as long as the header says."""
     first = file.readline(len(MAGIC))
     if first != MAGIC:
@@ -207,8 +208,8 @@ def _read(file: BinaryIO, size: int, path: Path, scene_hash: str | None, refuse:
     state: dict[str, np.ndarray] = {}
     for name, kind, shape in kinds:
         array = np.empty(shape, kind)
-        raw = array.reshape(-1).view(np.uint8)
-        if file.readinto(raw.data) != raw.size:
+        raw = _bytes(array)
+        if file.readinto(raw) != raw.nbytes:
             raise refuse("is cut off: its arrays are longer than the file")
         digest.update(raw)
         state[name] = array

@@ -12,8 +12,9 @@ import json
 import os
 import stat
 from collections.abc import Iterable, Iterator
+from io import BufferedReader
 from pathlib import Path
-from typing import Any, BinaryIO, TextIO
+from typing import Any, TextIO
 
 from ..errors import SceneError
 
@@ -62,11 +63,16 @@ def check_links(folder: Path, names: Iterable[str]) -> None:
 @contextlib.contextmanager
 def whole(path: Path, mode: str = "w") -> Iterator[Any]:
     """A new file, put in place when it is complete, so that a reader never meets half a file. Mode "w" (UTF-8) or "wb"."""
-    temporary = fresh(path)
-    options = {} if "b" in mode else {"encoding": "utf-8", "newline": ""}
-    with temporary.open(mode.replace("w", "x"), **options) as file:  # "x" never goes through a link
-        yield file
-    os.replace(temporary, plain(path))
+    temporary = fresh(plain(path))
+    text = "b" not in mode
+    new = mode.replace("w", "x")  # which never goes through a link
+    try:
+        with open(temporary, new, encoding="utf-8" if text else None, newline="" if text else None) as file:
+            yield file
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+    os.replace(temporary, path)
 
 
 def fresh(path: Path) -> Path:
@@ -90,7 +96,7 @@ def begin(path: Path) -> TextIO:
     return path.open("x", encoding="utf-8", newline="")
 
 
-def read(path: Path) -> BinaryIO:
+def read(path: Path) -> BufferedReader:
     """An ordinary file, opened for reading bytes; a folder or a link is refused."""
     return open(plain(path), "rb", opener=lambda name, flags: os.open(name, flags | _NOFOLLOW))
 

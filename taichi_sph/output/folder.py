@@ -67,12 +67,12 @@ class RunFolder:
 
     def bodies(self) -> list[str]:
         """Names of the bodies that have frames, in the scene's order, then by name."""
-        order = [shell.name for shell in self.scene.shells]
+        order = [body.name for body in (*self.scene.shells, *self.scene.others)]
         found = {p.stem for p in (self.path / "frames").glob("*" + SUFFIX)}
         return [n for n in order if n in found] + sorted(found - set(order))
 
     def frames(self, body: str | None = None) -> FramesFile:
-        """The frames of `body` (the first one when none is named); kept open until `close`."""
+        """The frames of `body` (the first one when none is named: for what all have, such as times); kept open until `close`."""
         names = self.bodies()
         name = body if body is not None else next(iter(names), None)
         if name is None:
@@ -86,6 +86,21 @@ class RunFolder:
     def of_kind(self, kind: Kind) -> list[FramesFile]:
         """The frames of all bodies of a kind."""
         return [file for name in self.bodies() if (file := self.frames(name)).kind == kind]
+
+    def the(self, kind: Kind, body: str | None = None) -> FramesFile:
+        """The frames of a body of a kind: the one that is named, else the only one there is."""
+        if body is not None:
+            file = self.frames(body)
+            if file.kind != kind:
+                others = ", ".join(f.name for f in self.of_kind(kind))
+                raise SceneError(f"body '{body}' is a {file.kind}, and a {kind} is needed: {others or 'the run has none'}")
+            return file
+        files = self.of_kind(kind)
+        if not files:
+            raise SceneError(f"'{self.path}' holds no frames of a {kind}")
+        if len(files) > 1:
+            raise SceneError(f"the run has {len(files)} bodies of kind {kind}: name one of {', '.join(f.name for f in files)}")
+        return files[0]
 
     def histories(self) -> list[str]:
         return sorted(p.stem for p in (self.path / "histories").glob("*.csv"))

@@ -11,6 +11,9 @@ kilobytes of metadata, written last, when the file is closed) is all that change
 single-writer mode of HDF5 is not used: after a kill it leaves a mark that ParaView refuses. A file
 is created under another name and moved in place, and one damaged beyond reading is put aside on
 resume rather than lost.
+
+Damage. The format "v108" has sums over what HDF5 writes about the data. The sums of the data are ours: for each array and step those in
+"Steps", beside the offsets, and the attribute "Sum" of the cells.
 """
 
 from __future__ import annotations
@@ -18,9 +21,10 @@ from __future__ import annotations
 import contextlib
 import math
 import os
+import re
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import get_args
 
 import h5py
 import numpy as np
@@ -36,8 +40,9 @@ STATIC = frozenset({"reference", "radius"})  # written once, the same at every s
 PACKED = frozenset({"damage", "rupture_time", "plastic", "diameter"})  # much of it is the same
 EXACT = frozenset({"points", "reference"})  # kept in f64: displacements are differences of these
 DAMAGE = (OSError, KeyError, RuntimeError, ValueError, TypeError, IndexError, AttributeError, OverflowError)  # what HDF5 and we make of it
-FILTERS = {h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32}
+FILTERS = {h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE}
 DEFLATED = 1040  # how many times smaller deflate can make anything, rounded up
+KIND = re.compile(r"[a-z][a-z0-9_]{0,39}")
 DEPTH = 3  # of groups: VTKHDF/Steps/PointDataOffsets
 
 
@@ -51,16 +56,24 @@ def _stored(name: str, array: np.ndarray) -> np.ndarray:
     return array
 
 
-def _create(group: h5py.Group, name: str, array: np.ndarray) -> None:
+def _create(group: h5py.Group, name: str, array: np.ndarray, packed: bool = True) -> None:
     """A data set that grows by one chunk per step; chunks never straddle steps (crash safety)."""
     array = _stored(name.lower(), array)
     if len(array) == 0:  # HDF5 has no empty chunks
         group.create_dataset(name, data=array, maxshape=(None, *array.shape[1:]))
         return
     packing = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
-    if array.dtype.kind == "f" and name not in PACKED:
+    if not packed or (array.dtype.kind == "f" and name not in PACKED):
         packing = {}  # noise: packing costs more than it saves
     group.create_dataset(name, data=array, chunks=array.shape, maxshape=(None, *array.shape[1:]), **packing)
+
+
+def _sum(*arrays: np.ndarray) -> int:
+    """CRC-32 of arrays one after the other, as they are stored."""
+    found = 0
+    for array in arrays:
+        found = zlib.crc32(np.ascontiguousarray(array).reshape(-1).view(np.uint8).data, found)
+    return found
 
 
 def _extend(dataset: h5py.Dataset, rows: np.ndarray) -> int:
@@ -80,17 +93,17 @@ def _create_file(path: Path, body: BodyFrame, time: float, step: int) -> None:
         size, types = np.ones(len(body.points), dtype=np.int64), np.full(len(body.points), VTK_VERTEX)
         connectivity = np.arange(len(body.points))
     temporary = files.fresh(path)
-    with h5py.File(temporary, "x", libver="earliest", locking=False) as file:
+    with h5py.File(temporary, "x", libver="v108", locking=False) as file:
         root = file.create_group("VTKHDF")
         root.attrs["Version"] = np.array(VERSION, dtype=np.int64)
         root.attrs.create("Type", np.bytes_("UnstructuredGrid"))
         root.attrs.create("Kind", np.bytes_(body.kind))
-        root["NumberOfPoints"] = np.array([len(body.points)], dtype=np.int64)
-        root["NumberOfCells"] = np.array([len(size)], dtype=np.int64)
-        root["NumberOfConnectivityIds"] = np.array([len(connectivity)], dtype=np.int64)
-        root["Connectivity"] = connectivity
-        root["Offsets"] = np.concatenate([[0], np.cumsum(size)]).astype(np.int64)
-        root["Types"] = types.astype(np.uint8)
+        counts = {"NumberOfPoints": len(body.points), "NumberOfCells": len(size), "NumberOfConnectivityIds": len(connectivity)}
+        for name, count in counts.items():
+            _create(root, name, np.array([count], dtype=np.int64), packed=False)
+        offsets = np.concatenate([[0], np.cumsum(size)]).astype(np.int64)
+        for name, array in (("Connectivity", connectivity), ("Offsets", offsets), ("Types", types.astype(np.uint8))):
+            _create(root, name, array, packed=False)  # what is stored of them bounds all the rest: `check_content`
         _create(root, "Points", body.points)
 
         steps = root.create_group("Steps")
@@ -107,15 +120,23 @@ def _create_file(path: Path, body: BodyFrame, time: float, step: int) -> None:
         for name in ("CellOffsets", "ConnectivityIdOffsets"):
             series(steps, name, zero[:, None])
         for kind, arrays in (("PointData", body.point_data), ("CellData", body.cell_data)):
-            data, offsets = root.create_group(kind), steps.create_group(f"{kind}Offsets")
+            data, offsets, sums = root.create_group(kind), steps.create_group(f"{kind}Offsets"), steps.create_group(f"{kind}Sums")
             for name, array in arrays.items():
                 _create(data, name, array)
                 series(offsets, name, zero)
+                series(sums, name, np.array([_sum(_stored(name, array))], dtype=np.int64))
+        series(steps, "PointSums", _point_sum(body, time, step))
         # The step number travels as field data: one value per frame.
         series(root.create_group("FieldData"), "step", np.array([step], dtype=np.int64))
         series(steps.create_group("FieldDataOffsets"), "step", zero)
         series(steps.create_group("FieldDataSizes"), "step", np.ones((1, 2), dtype=np.int64))
+        root.attrs["Sum"] = _sum(root["Offsets"][:], root["Connectivity"][:])
     os.replace(temporary, files.plain(path))
+
+
+def _point_sum(body: BodyFrame, time: float, step: int) -> np.ndarray:
+    """Of the points and of when they are there."""
+    return np.array([_sum(np.array([time, step], dtype=np.float64), _stored("points", body.points))], dtype=np.int64)
 
 
 def _append(path: Path, body: BodyFrame, time: float, step: int) -> None:
@@ -129,10 +150,12 @@ def _append(path: Path, body: BodyFrame, time: float, step: int) -> None:
             if set(arrays) != set(root[kind]):
                 raise ValueError(f"{path.name}: the fields changed from {sorted(root[kind])} to {sorted(arrays)}")
         _extend(steps["PointOffsets"], np.array([_extend(root["Points"], _stored("points", body.points))]))
+        _extend(steps["PointSums"], _point_sum(body, time, step))
         for kind, arrays in (("PointData", body.point_data), ("CellData", body.cell_data)):
             for name, array in arrays.items():
-                start = 0 if name in STATIC else _extend(root[kind][name], _stored(name, array))
-                _extend(steps[f"{kind}Offsets"][name], np.array([start]))
+                stored, still, sums = _stored(name, array), name in STATIC, steps[f"{kind}Sums"][name]
+                _extend(steps[f"{kind}Offsets"][name], np.array([0 if still else _extend(root[kind][name], stored)]))
+                _extend(sums, np.array([sums[count - 1] if still else _sum(stored)]))
         _extend(steps["FieldDataOffsets"]["step"], np.array([_extend(root["FieldData/step"], np.array([step]))]))
         _extend(steps["FieldDataSizes"]["step"], np.ones((1, 2), dtype=np.int64))
         _extend(steps["NumberOfParts"], np.ones(1, dtype=np.int64))
@@ -162,7 +185,7 @@ def _datasets(group: h5py.Group, depth: int = 0) -> Iterator[h5py.Dataset]:
 def check_content(file: h5py.File) -> None:
     """SceneError where a file leads elsewhere, or claims more than it holds, before memory is taken.
 
-    Every number that is read later is bounded by bytes that are there: points and cells are stored unpacked, all that is packed has their
+    Every number that is read later is bounded by bytes that are there: points and cells are stored unpacked, what is packed has their
     number of rows for each step. A step more may be begun: a killed run leaves that.
     """
     root = file["VTKHDF"]
@@ -180,7 +203,8 @@ def check_content(file: h5py.File) -> None:
         row = dataset.dtype.itemsize * math.prod(dataset.shape[1:])
         claimed = dataset.shape[0] * row
         most = stored * (DEFLATED if dataset.compression else 1) + (each or 1) * row
-        strange = dataset.chunks is not None and (dataset.chunks[0] > max(each or 0, 256) or dataset.chunks[1:] != dataset.shape[1:])
+        chunks = dataset.chunks or (0, *dataset.shape[1:])
+        strange = chunks[1:] != dataset.shape[1:] or chunks[0] > max(each or 0, 256 if dataset.compression else stored // max(row, 1), 256)
         if strange or len(dataset.shape) > 2 or claimed > most or (each is not None and dataset.shape[0] > each * (steps.shape[0] + 1)):
             raise SceneError(f"claims more rows of '{dataset.name}' than it holds")
     if not 0 <= n <= points.shape[0] or n * 24 > points.id.get_storage_size():
@@ -302,11 +326,13 @@ class FramesFile:
             raise SceneError("is damaged: it has other times than steps")
         self._points = int(self._root["NumberOfPoints"][0])
         self.kind: Kind = self._root.attrs.get("Kind", b"shell").decode()
-        if self.kind not in get_args(Kind):
+        if not KIND.fullmatch(self.kind):
             raise SceneError(f"is damaged: there is no kind of body '{' '.join(self.kind.split())[:60]}'")
         self.cells = NO_CELLS
-        if self.kind == "shell":
-            offsets, corners = self._root["Offsets"][:], self._root["Connectivity"][:]
+        offsets, corners = self._root["Offsets"][:], self._root["Connectivity"][:]
+        if self._root.attrs["Sum"] != _sum(offsets, corners):
+            raise SceneError("is damaged: its cells are not what was written")
+        if (self._root["Types"][:] != VTK_VERTEX).any():
             sizes = np.diff(offsets)
             if offsets[:1] != 0 or not np.isin(sizes, (3, 4)).all() or offsets[-1] != len(corners):
                 raise SceneError("is damaged: its cells have neither three nor four corners")
@@ -339,19 +365,28 @@ class FramesFile:
             raise SceneError(f"is damaged: '{dataset.name}' ends before its last step")
         return dataset[start : start + count]
 
+    def _changed(self, name: str, index: int) -> SceneError:
+        return SceneError(f"is damaged: its '{name}' of step {self.steps[index]} are not what was written")
+
     def array(self, kind: str, name: str, index: int) -> np.ndarray:
         """One array at frame `index`; kind "PointData" or "CellData"."""
         with self._said():
             start = int(self._steps[f"{kind}Offsets"][name][index])
-            return self._rows(self._root[kind][name], start, self._points if kind == "PointData" else len(self.cells))
+            found = self._rows(self._root[kind][name], start, self._points if kind == "PointData" else len(self.cells))
+            if self._steps[f"{kind}Sums"][name][index] != _sum(found):
+                raise self._changed(name, index)
+        return found
 
     def body(self, index: int = -1) -> BodyFrame:
         """The body at frame `index` (negative counts from the end)."""
         index = range(len(self))[index]
         with self._said():
+            points = self._rows(self._root["Points"], int(self._steps["PointOffsets"][index]), self._points)
+            if self._steps["PointSums"][index] != _sum(np.array([self.times[index], self.steps[index]], dtype=np.float64), points):
+                raise self._changed("points", index)
             return BodyFrame(
                 name=self.name,
-                points=self._rows(self._root["Points"], int(self._steps["PointOffsets"][index]), self._points),
+                points=points,
                 cells=self.cells,
                 point_data={n: self.array("PointData", n, index) for n in self._root["PointData"]},
                 cell_data={n: self.array("CellData", n, index) for n in self._root["CellData"]},

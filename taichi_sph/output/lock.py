@@ -51,7 +51,8 @@ def locked(folder: Path, say: Callable[[str], None] = lambda _: None) -> Iterato
             yield
         finally:
             with contextlib.suppress(OSError):
-                (folder / LOCK_FILE).unlink()  # while it is held: who waits for this file looks whether it is still there
+                if _same(handle, folder / LOCK_FILE):
+                    (folder / LOCK_FILE).unlink()  # while it is held: who opened this file looks whether it is still there
             os.close(handle)
     finally:
         with contextlib.suppress(OSError):

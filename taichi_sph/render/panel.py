@@ -1,7 +1,7 @@
 """A body seen from above, or obliquely where it is not flat, as it goes into a picture: polygons, colours, view. And how it is drawn.
 
-Shells are polygons, rigid bodies their pinballs, fluids a ball for each particle. The page around it (axes, colour bar, titles) is
-matplotlib's with either renderer, so pictures look alike.
+Surfaces are polygons, rigid bodies their balls, fluids a ball for each particle: what a body is made of tells (frame.BodyFrame.form), not
+its kind. The page around it (axes, colour bar, titles) is matplotlib's with either renderer, so pictures look alike.
 """
 
 from __future__ import annotations
@@ -37,6 +37,7 @@ SPRAY = LinearSegmentedColormap.from_list("spray", [(0.0, "#a9d3ec"), (0.35, "#4
 OUTLINE = "#9aa5ae"
 METAL = "#59636b"  # rigid bodies
 CORE = "#aab3ba"  # where a section goes through one
+DOT = 0.008  # of the width of the window: how large a point without a size is drawn
 LOOSE = "#6d5a52"  # nodes without a cell
 MARGIN = 0.02  # of the longer side, around the bodies
 MOVED = 0.02  # the typical displacement is shown as this share of the longer side
@@ -152,7 +153,7 @@ def cell_values(body: BodyFrame, field: str) -> np.ndarray:
     """(M,) values of a cell field; "speed" and "displacement" are means over the corners of
     |velocity| [m/s] and of |displacement| [m]."""
     if field not in ("speed", "displacement"):
-        return np.asarray(body.cell_data[field], dtype=float)
+        return np.asarray(body.cell_data.get(field, np.zeros(len(body.cells))), dtype=float)
     moves = body.point_data["velocity"] if field == "speed" else body.points - body.reference
     speed = np.linalg.norm(moves, axis=1)
     corner = body.cells >= 0
@@ -208,7 +209,7 @@ def draw(
         return
     norm = Normalize(look.low, look.high)
     for body in bodies:
-        if body.kind != "shell":
+        if body.form != "surface":
             _draw_balls(axes, body, view, wet)
             continue
         sound = kept(body)
@@ -244,8 +245,10 @@ def _draw_balls(axes: Axes, body: BodyFrame, view: View, wet: Look | None) -> No
     """Pinballs or particles as discs, the farthest first."""
     points = view.seen(body.points) * 1e3
     order = np.argsort(points[:, 2], kind="stable")
-    if body.kind == "rigid":
+    if body.form == "balls":
         across, colours = 2e3 * body.point_data["radius"], np.full(len(points), METAL)
+    elif body.form == "points":
+        across, colours = np.full(len(points), DOT * 1e3 * (view.x1 - view.x0)), np.full(len(points), METAL)
     elif wet is None:
         return
     else:
@@ -255,6 +258,6 @@ def _draw_balls(axes: Axes, body: BodyFrame, view: View, wet: Look | None) -> No
     axes.add_collection(
         EllipseCollection(
             size, size, np.zeros(len(size)), units="xy", offsets=points[order, :2], transOffset=axes.transData,
-            facecolors=colours[order], linewidths=0, zorder=2.5 if body.kind == "rigid" else 1.5, rasterized=True,
+            facecolors=colours[order], linewidths=0, zorder=1.5 if body.form == "particles" else 2.5, rasterized=True,
         )
     )  # fmt: skip

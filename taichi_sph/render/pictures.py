@@ -23,6 +23,7 @@ from matplotlib.figure import Figure
 from ..errors import SceneError
 from ..frame import BodyFrame
 from ..output.folder import RunFolder
+from ..output.measures.leak import tanks
 from . import plots, struck
 from .backend import Backend, choose
 from .panel import BENT, DAMAGE, MARGIN, MOVED, PLASTIC, SPEED, UPRIGHT, Look, View, cell_values, draw, magnification, view_of
@@ -194,7 +195,7 @@ def strip_frames(run: RunFolder, count: int = STRIP_TIMES) -> list[int]:
 def _subtitle(run: RunFolder, *parts: str) -> str:
     scene = run.scene
     numerics = scene.numerics
-    head = f"{scene.quality}, {numerics.formulation.kind}, spacing {numerics.spacing * 1e3:.3g} mm"
+    head = f"{scene.quality}, {scene.formulations}, spacing {numerics.spacing * 1e3:.3g} mm"
     return "   ·   ".join([head, *(p for p in parts if p)])
 
 
@@ -267,7 +268,7 @@ def _struck(run: RunFolder, backend: Backend) -> list[Path]:
         for field in ("pressure", "speed") if run.of_kind("fluid") else ("motion",):
             strip = struck.free_strip(run, looks, field, backend, chosen, _subtitle(run), DPI)
             paths.append(_save(strip, out / f"{field}_over_time.png"))
-    for name, figure in (("strikers", plots.strikers(run)), ("leak", plots.leak(run))):
+    for name, figure in (("strikers", plots.strikers(run)), *((name, plots.leak(run, fluid)) for fluid, name in tanks(run).items())):
         if figure is not None:
             paths.append(_save(figure, out / f"{name}.png"))
     return paths
@@ -419,7 +420,7 @@ def differences(runs: Sequence[RunFolder]) -> list[str]:
     for run in runs:
         scene = run.scene
         given = {k: f"{v:g}" if isinstance(v, float) else str(v) for k, v in scene.parameters.items()}
-        plain = {"scene": scene.name, "quality": scene.quality, "formulation": scene.numerics.formulation.kind}
+        plain = {"scene": scene.name, "quality": scene.quality, "formulation": scene.formulations}
         settings.append(given | plain | {"spacing": f"{scene.numerics.spacing * 1e3:.3g} mm"})
     names = dict.fromkeys(name for found in settings for name in found)
     telling = [name for name in names if len({found.get(name) for found in settings}) > 1]

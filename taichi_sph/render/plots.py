@@ -33,6 +33,7 @@ STYLE: dict[Any, Any] = {
     "legend.frameon": False,
     "figure.facecolor": "white",
     "savefig.facecolor": "white",
+    "text.parse_math": False,  # a title with $ is no formula
 }
 
 
@@ -141,7 +142,7 @@ def crack_tip(run: RunFolder, title: str, name: str = "crack_tip") -> Figure:
         bottom.set_ylabel("ahead of the cut [mm]")
         bottom.set_xlabel(f"time [{unit}]")
         bottom.set_ylim(bottom=0)
-        split = _bifurcation(run)
+        split = _bifurcation(run, shell.name)
         if split is not None:
             for axes in (top, bottom):
                 axes.axvline(split * scale, color="#e0912f", lw=1.0)
@@ -153,10 +154,10 @@ def crack_tip(run: RunFolder, title: str, name: str = "crack_tip") -> Figure:
     return figure
 
 
-def _bifurcation(run: RunFolder) -> float | None:
+def _bifurcation(run: RunFolder, body: str) -> float | None:
     from ..output.measures import measure
 
-    return measure("bifurcation_time", run)
+    return measure("bifurcation_time", run, {"body": body})
 
 
 def targets(summary: dict[str, Any]) -> Figure:
@@ -237,15 +238,13 @@ def _mark(axes: plt.Axes, time: float | None, scale: float, unit: str, through: 
     )  # fmt: skip
 
 
-def leak(run: RunFolder) -> Figure | None:
-    """What has leaked and how fast, the speed of the jet, the opening, against time; None where nothing leaks."""
-    if leaking.HISTORY not in run.histories():
-        return None
-    h = run.history(leaking.HISTORY)
+def leak(run: RunFolder, fluid: str) -> Figure | None:
+    """What has leaked of a fluid and how fast, the speed of the jet, the opening, against time; None where nothing leaks."""
+    _, h = leaking.watched(run, fluid)
     if len(h) < 2 or h["escaped_mass"].max() <= 0:
         return None
     scale, unit = time_scale(float(h.time[-1]))
-    time, out = h.time * scale, leaking.litres(run, h)
+    time, out = h.time * scale, leaking.litres(run, h, fluid)
     factor, litre = (1.0, "l") if out.max() >= 1 else (1e3, "ml")
     # over a moving tenth of the run: from one sample to the next single particles leave
     early, late = (
@@ -268,7 +267,7 @@ def leak(run: RunFolder) -> Figure | None:
                 panel.set_ylim(min(0.0, float(np.nanmin(values))), 1.12 * max(float(np.nanmax(values)), 1e-12))
             panel.margins(x=0)
         _mark(axes[0, 0], perforation.first_rupture(run), scale, unit, (axes[0, 0],))
-        mean = leaking.leak_rate(run, run.scene)
+        mean = leaking.leak_rate(run, run.scene, fluid=fluid)
         axes[0, 1].plot([(1.0 - leaking.LAST) * time[-1], time[-1]], [mean, mean], color=SOFT_LINE, lw=2.0, ls=":")
         axes[0, 1].annotate(
             f"at the end {mean:.3g} l/s",
@@ -281,5 +280,11 @@ def leak(run: RunFolder) -> Figure | None:
         )
         for panel in axes[1]:
             panel.set_xlabel(f"time [{unit}]")
-        figure.suptitle(f"{run.scene.title}: leak", x=0.01, ha="left", weight="bold", fontsize=11)
+        figure.suptitle(
+            f"{run.scene.title}: leak" + (f" of {fluid}" if len(leaking.tanks(run)) > 1 else ""),
+            x=0.01,
+            ha="left",
+            weight="bold",
+            fontsize=11,
+        )
     return figure

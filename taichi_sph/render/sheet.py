@@ -43,8 +43,9 @@ class Shot:
 
     @property
     def looks(self) -> list[Look]:
-        kinds = {body.kind for body in self.bodies}
-        return [look for look, kind in ((self.look, "shell"), (self.wet, "fluid")) if kind in kinds and look is not None and look.label]
+        forms = {body.form for body in self.bodies}
+        both = ((self.look, "surface"), (self.wet, "particles"))
+        return [look for look, form in both if form in forms and look is not None and look.label]
 
 
 def length_text(metres: float) -> str:

@@ -7,7 +7,7 @@ and the upright axis. Water is coloured by its pressure inside, by its speed onc
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from ..frame import BodyFrame
 from ..output.folder import RunFolder
 from ..output.measures.fragments import flight, fragments, ruptured
+from ..output.measures.leak import tanks
 from ..output.measures.pattern import cell_centres, node_spacing
 from ..output.measures.perforation import first_rupture
 from . import plots
@@ -40,7 +41,7 @@ def applies(run: RunFolder) -> bool:
 
 def suffers(run: RunFolder) -> bool:
     """Whether a shell is what is looked at: struck, or a tank from which water may leak."""
-    return bool(run.of_kind("shell")) and (flight(run) is not None or "leak" in run.histories())
+    return bool(run.of_kind("shell")) and (flight(run) is not None or bool(tanks(run)))
 
 
 def bodies_at(run: RunFolder, index: int) -> list[BodyFrame]:
@@ -132,9 +133,22 @@ def box(run: RunFolder) -> tuple[np.ndarray, np.ndarray]:
 
 
 def middle(run: RunFolder) -> np.ndarray:
-    """(3,) [m]"""
+    """(3,) of the box [m]."""
     low, high = box(run)
     return 0.5 * (low + high)
+
+
+def middles(run: RunFolder) -> dict[str, np.ndarray]:
+    """By the name of each body the middle (3,) [m] of the shell that its section goes through: its own, else the nearest one's."""
+    shells = {}
+    for file in run.of_kind("shell"):
+        reference = file.body(0).reference
+        shells[file.name] = 0.5 * (reference.min(axis=0) + reference.max(axis=0))
+    found = {}
+    for name in run.bodies():
+        centre = shells[name] if name in shells else run.frames(name).body(0).reference.mean(axis=0)
+        found[name] = min(shells.values(), key=lambda at: float(np.linalg.norm(at - centre)))
+    return found
 
 
 def striker_radius(run: RunFolder) -> float:
@@ -142,16 +156,18 @@ def striker_radius(run: RunFolder) -> float:
     return max((float(file.array("PointData", "radius", 0).max()) for file in run.of_kind("rigid")), default=0.0)
 
 
-def cut_open(bodies: Sequence[BodyFrame], place: np.ndarray, removed: np.ndarray) -> list[BodyFrame]:
-    """Shells and fluids without what lies beyond the plane; what is outside stays whole, rigid bodies are cut as they are drawn."""
+def cut_open(bodies: Sequence[BodyFrame], places: Mapping[str, np.ndarray], removed: np.ndarray) -> list[BodyFrame]:
+    """Surfaces and fluids without what lies beyond the plane through their places; what is outside stays whole, balls are cut as they are
+    drawn."""
     found = []
     for body in bodies:
-        if body.kind == "shell":
+        place = places[body.name]
+        if body.form == "surface":
             keep = (cell_centres(body.reference, body.cells) - place) @ removed <= 1e-9
             found.append(replace(body, cells=body.cells[keep], cell_data={k: v[keep] for k, v in body.cell_data.items()}))
-        elif body.kind == "fluid":
+        elif body.form == "particles":
             keep = (body.points - place) @ removed <= 0.5 * float(np.median(body.point_data["diameter"]))
-            found.append(chosen(body, keep | (body.point_data["outside"] != 0)))
+            found.append(chosen(body, keep | body.outside))
         else:
             found.append(body)
     return found
@@ -166,16 +182,16 @@ def outside_only(bodies: Sequence[BodyFrame]) -> list[BodyFrame]:
     """Without the water that is still inside; what is out is drawn as smaller drops."""
     found = []
     for body in bodies:
-        if body.kind == "fluid":
-            body = chosen(body, body.point_data["outside"] != 0)
+        if body.form == "particles":
+            body = chosen(body, body.outside)
             body = replace(body, point_data={**body.point_data, "diameter": DROP * body.point_data["diameter"]})
         found.append(body)
     return found
 
 
 def dry(bodies: Sequence[BodyFrame]) -> list[BodyFrame]:
-    """Shells only."""
-    return [body for body in bodies if body.kind == "shell"]
+    """Surfaces only."""
+    return [body for body in bodies if body.form == "surface"]
 
 
 # --- windows --------------------------------------------------------------------------------------
@@ -202,9 +218,9 @@ def shown_points(run: RunFolder, instants: Sequence[int]) -> np.ndarray:
         for body in bodies_at(run, index):
             if body.kind == "shell":
                 found += [body.reference, body.points[~fragments(body).gone]]
-            away = body.points if body.kind != "fluid" else body.points[body.point_data["outside"] != 0]
+            away = body.points if body.form != "particles" else body.points[body.outside]
             here = away[near(away)]
-            if body.kind == "rigid" and len(here):
+            if body.form == "balls" and len(here):
                 radius = float(body.point_data["radius"].max())
                 here = np.concatenate([here - radius, here + radius])
             found.append(here)
@@ -280,8 +296,8 @@ def free_strip(run: RunFolder, looks: Looks, field: str, backend: Backend, insta
     look = looks.pressure if field == "pressure" else looks.speed
     turn = _side_view(run)
     everything = [b for i in range(0, len(run.frames().times), max(1, len(run.frames().times) // 12)) for b in bodies_at(run, i)]
-    points = [_most(b, turn) if b.kind == "fluid" else b.points for b in everything]
-    radii = [b.points + s * b.point_data["radius"][:, None] for b in everything if b.kind == "rigid" for s in (-1, 1)]
+    points = [_most(b, turn) if b.form == "particles" else b.points for b in everything]
+    radii = [b.points + s * b.point_data["radius"][:, None] for b in everything if b.form == "balls" for s in (-1, 1)]
     view = window(np.concatenate([*points, *radii]), turn)
     shots = [Shot(bodies_at(run, i), view, _when(run, i), looks.shell, look) for i in instants]
     columns = 1 if len(shots) == 1 else 3 if view.aspect > 0.8 else 2
@@ -308,7 +324,7 @@ def shots_at(run: RunFolder, index: int, looks: Looks, views: dict[str, View], n
     found = []
     for name in names:
         inside = name == "section"
-        shown = cut_open(bodies, middle(run), s.removed) if inside else dry(bodies) if name == "dry" else outside_only(bodies)
+        shown = cut_open(bodies, middles(run), s.removed) if inside else dry(bodies) if name == "dry" else outside_only(bodies)
         text = f"{prefix}{', ' if prefix else ''}{titles[name]}"
         wet, cut = (looks.pressure, halved) if inside else (looks.speed, None)
         found.append(Shot(shown, views["front" if name == "dry" else name], text, looks.shell, wet, cut))

@@ -14,7 +14,7 @@ import pyvista
 from ..frame import BodyFrame
 from ..output.measures.fragments import border
 from ..output.measures.pattern import node_spacing
-from .panel import CORE, LOOSE, METAL, Look, View, cell_values, displaced, kept, point_values, scattered
+from .panel import CORE, DOT, LOOSE, METAL, Look, View, cell_values, displaced, kept, point_values, scattered
 
 SHARPER = 2  # pixels drawn per pixel shown, each way
 LIT = {"ambient": 0.4, "diffuse": 0.65, "specular": 0.08, "specular_power": 15}
@@ -105,9 +105,11 @@ def image(
         points = view.seen(displaced(body, look.magnification))
         room = float(np.max(body.point_data.get("radius", 0.0)))
         low, high = min(low, points[:, 2].min() - room), max(high, points[:, 2].max() + room)
-        if body.kind == "rigid":
+        if body.form == "balls":
             _pinballs(plotter, body, view, cut)
-        elif body.kind == "fluid":
+        elif body.form == "points":
+            _balls(plotter, points, DOT * (view.x1 - view.x0) * scale, color=METAL)
+        elif body.form == "particles":
             if wet is None:
                 continue
             across = float(np.median(body.point_data["diameter"])) * scale
@@ -123,7 +125,7 @@ def image(
                 colours["culling"] = outer
             light = {} if view.turn is None else LIT if look.loose else {"ambient": 0.5, "diffuse": 0.6}
             plotter.add_mesh(surface, **colours, **light, lighting=view.turn is not None, render=False)
-        if look.loose and body.kind == "shell" and (loose := scattered(body)).any():
+        if look.loose and body.form == "surface" and (loose := scattered(body)).any():
             _balls(plotter, points[loose], 0.6 * node_spacing(body.reference, body.cells) * scale, color=LOOSE)
     x, y = (view.x0 + view.x1) / 2, (view.y0 + view.y1) / 2
     deep = max(high - low, view.x1 - view.x0) if high > low else 1.0

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from ..bodies.fluid.count import count as particles
+from ..bodies.fluid.said import FluidBox
 from ..errors import SceneError
 from ..geometry.mesh import SurfaceMesh
 from ..geometry.surfaces import count as nodes_of
 from ..scene.plausible import MAX_NODES, MAX_STEPS
 from ..scene.schema import Scene
-from ..scene.surfaces import MeshFile
+from ..scene.surfaces import Given
 from ..scene.units import show
+from .progress import bytes_text
 
+FAR = 1e9  # spacings from the origin: a seventh digit of the spacing is left there
 LEAST_BYTES = {"shell": 1400, "fluid": 800}  # of memory that a node or a particle needs at least (plan.py has the true ones)
 
 
@@ -20,11 +23,14 @@ def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceM
     Without `meshes` nothing is read and shells from files are not counted; with them, fluids inside of those are.
     """
     sizes = [(0, 0, "", 0.0)]  # bytes, count, key and spacing of each body
-    for shell in scene.shells:
-        if not isinstance(shell.surface, MeshFile):
-            nodes = nodes_of(shell.surface, scene.numerics)
-            _few(nodes, f"numerics.spacing {show(scene.numerics.spacing, 'm')} gives shell '{shell.name}' {nodes:.2g} nodes")
-            sizes.append((nodes * LEAST_BYTES["shell"], nodes, "numerics.spacing", scene.numerics.spacing))
+    for index, shell in enumerate(scene.shells):
+        if not isinstance(shell.surface, Given):
+            numerics = scene.numerics_of(shell)
+            key = "numerics.spacing" if shell.spacing is None else f"shells[{index}].spacing"
+            nodes = nodes_of(shell.surface, numerics)
+            _few(nodes, f"{key} {show(numerics.spacing, 'm')} gives shell '{shell.name}' {nodes:.2g} nodes")
+            _near(f"{scene.key_of(shell)}.surface.origin", shell.surface.origin, numerics.spacing)
+            sizes.append((nodes * LEAST_BYTES["shell"], nodes, key, numerics.spacing))
     by_name = {shell.name: shell for shell in scene.shells}
     for index, fluid in enumerate(scene.fluids):
         filled = by_name.get(getattr(fluid.fill, "shell", ""))
@@ -38,6 +44,8 @@ def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceM
         key = f"fluids[{index}].spacing" if fluid.spacing else "numerics.spacing"
         spacing = fluid.spacing or scene.numerics.spacing
         _few(found, f"{key} {show(spacing, 'm')} gives fluid '{fluid.name}' {found:.2g} particles")
+        if isinstance(fluid.fill, FluidBox):
+            _near(f"fluids[{index}].fill.lo", fluid.fill.lo, spacing)
         sizes.append((found * LEAST_BYTES["fluid"], found, key, spacing))
         steps = scene.duration * fluid.water.sound / (0.6 * spacing)
         if steps > MAX_STEPS * (fluid.every or 1):
@@ -50,8 +58,18 @@ def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceM
         _, _, key, spacing = max(sizes)
         raise SceneError(
             f"{key} {show(spacing, 'm')} gives {sum(size[1] for size in sizes):.3g} nodes and particles, which need at least "
-            f"{memory / 2**30:.1f} GB of memory; this machine has {available / 2**30:.1f} GB"
+            f"{bytes_text(memory)} of memory; this machine has {bytes_text(available)}"
         )
+
+
+def _near(key: str, point: tuple[float, float, float], spacing: float) -> None:
+    """So near to the origin that nodes a spacing apart are numbers apart, by far."""
+    for axis, x in zip("xyz", point):
+        if abs(x) > FAR * spacing:
+            raise SceneError(
+                f"{key}: {axis} = {show(x, 'm')} is more than {FAR:.0e} spacings ({show(spacing, 'm')}) from the origin, where numbers of "
+                "16 digits part its nodes badly; move the scene"
+            )
 
 
 def _few(found: int, what: str) -> None:

@@ -30,10 +30,10 @@ import sys, time
 began = time.time()
 from taichi_sph import runtime
 from taichi_sph.runtime import ti
-runtime.start(sys.argv[1], "f64", None)
+runtime.start(sys.argv[1], "f32" if sys.argv[1] == "vulkan" else "f64", None)
 @ti.kernel
 def total(n: ti.i32) -> ti.f64:
-    s = 0.0
+    s = ti.cast(0.0, ti.f64)
     for i in range(n):
         s += 0.5 * i
     return s

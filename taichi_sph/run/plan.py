@@ -6,11 +6,11 @@ Meshes are made (NumPy), regions and cuts are tried on them; sizes, steps and se
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..bodies.fluid.fill import fill_fluid
+from ..bodies.fluid.fill import Filling, fill_fluid
 from ..bodies.fluid.said import Fluid
 from ..bodies.rigid.said import Rigid
 from ..errors import SceneError
@@ -20,10 +20,12 @@ from ..geometry.normals import report
 from ..geometry.regions import inside
 from ..geometry.surfaces import mesh_of
 from ..output import files
-from ..scene import Numerics, Scene, Shell
-from ..scene.surfaces import MeshFile, Plate
+from ..scene import Body, Numerics, Scene, Shell
+from ..scene.plausible import MAX_STEPS
+from ..scene.surfaces import Given, Plate
 from ..scene.units import show
 from .counts import check_counts
+from .overlap import check_overlaps
 
 # measured on scenes/beam_impact.py, f64: bytes of fields per node by formulation and cells; bending adds to them
 BYTES_PER_NODE = {
@@ -59,6 +61,16 @@ class BodyPlan:
     spacing_max: float
     dt: float
     note: str = ""
+    memory: float = 0.0
+    every: int = 1
+
+
+@dataclass(frozen=True)
+class Made:
+    """What was made for a plan, by the names of bodies. Whoever builds the scene while the plan is held gets the very same."""
+
+    meshes: dict[str, SurfaceMesh]
+    fillings: dict[str, Filling]
 
 
 @dataclass(frozen=True)
@@ -71,46 +83,58 @@ class Plan:
     memory: int
     disk: int
     seconds: float
+    made: Made = field(compare=False, repr=False)
 
     @property
     def nodes(self) -> int:
         return sum(body.nodes for body in self.bodies)
 
 
+def make(scene: Scene, memory_there: int | None = None) -> Made:
+    """The meshes of the shells and the fillings of the fluids; SceneError where those would not fit into `memory_there` bytes."""
+    meshes = {shell.name: mesh_of(shell, scene) for shell in scene.shells}
+    check_counts(scene, memory_there, meshes)
+    return Made(meshes, {f.name: fill_fluid(f, scene, meshes.get(getattr(f.fill, "shell", ""))) for f in scene.fluids})
+
+
 def plan(scene: Scene, node_steps_per_second: float = 1e6) -> Plan:
     """Checks the scene against its meshes (SceneError) and estimates the run."""
     memory_there = files.memory()
-    check_counts(scene, memory_there)
-    meshes = {shell.name: mesh_of(shell, scene) for shell in scene.shells}
-    check_counts(scene, memory_there, meshes)
-    _check_regions(scene, meshes)
-    _check_cuts(scene, meshes)
-    _check_modes(scene, meshes)
-    bodies = tuple(_body(shell, meshes[shell.name], scene) for shell in scene.shells)
-    bodies += tuple(_rigid(body, scene) for body in scene.rigids)
-    bodies += tuple(_fluid(fluid, scene, meshes) for fluid in scene.fluids)
+    check_counts(scene, memory_there)  # before anything is made
+    made = make(scene, memory_there)
+    _check_regions(scene, made.meshes)
+    _check_cuts(scene, made.meshes)
+    _check_modes(scene, made.meshes)
+    _check_springs(scene, made.meshes)
+    check_overlaps(scene, made.meshes, made.fillings)
+    bodies = tuple(_body(shell, made.meshes[shell.name], scene) for shell in scene.shells)
+    bodies += tuple(_rigid(body) for body in scene.rigids)
+    bodies += tuple(_fluid(fluid, made.fillings[fluid.name], scene) for fluid in scene.fluids)
+    bodies += tuple(_other(body) for body in scene.others)
     nodes = sum(body.nodes for body in bodies)
-    dt = min(body.dt for body in bodies)
-    steps = math.ceil(scene.duration / dt)
+    dt = min(body.dt / body.every for body in bodies)  # of the clock
+    dt = dt if math.isfinite(dt) else scene.duration / 100  # what follows any other body, alone
+    steps = math.ceil(min(scene.duration / dt, 1e300)) if dt > 0 else 10**300
     work = steps  # evaluations of the forces
+    if scene.increments is None and steps > MAX_STEPS:
+        slowest = min(bodies, key=lambda body: body.dt / body.every)
+        raise SceneError(
+            f"duration {show(scene.duration, 's')} takes about {steps:.2g} time steps of {show(dt, 's')}, which '{slowest.name}' asks for; "
+            f"at most {MAX_STEPS // 1_000_000} million are allowed"
+        )
     if scene.increments is not None:
         steps = scene.increments
         dt, work = scene.duration / steps, steps * RELAXATION
-    kinds = {name: (scene.numerics.formulation.kind, _cells(mesh)) for name, mesh in meshes.items()}
-    memory = FLUID_BYTES_PER_PARTICLE * sum(body.nodes for body in bodies if body.name in [f.name for f in scene.fluids])
-    memory += sum(
-        body.nodes * (BYTES_PER_NODE[kinds[body.name]] + (BENDING_BYTES_PER_NODE if shell.motion == "free" else 0))
-        for body, shell in zip(bodies, scene.shells)
-    )
     out = scene.output
     per_node = (out.frames + 1) * FRAME_BYTES_PER_NODE + min(out.checkpoints, out.keep_checkpoints) * CHECKPOINT_BYTES_PER_NODE
     return Plan(
         bodies=bodies,
         dt=dt,
         steps=steps,
-        memory=round(memory * (SINGLE if scene.numerics.precision == "f32" else 1.0)),
+        memory=round(sum(body.memory for body in bodies) * (SINGLE if scene.numerics.precision == "f32" else 1.0)),
         disk=round(nodes * per_node + out.samples * 200 + 1e6),
-        seconds=nodes * work / node_steps_per_second,
+        seconds=sum(body.nodes / body.every for body in bodies) * work / node_steps_per_second,
+        made=made,
     )
 
 
@@ -118,15 +142,15 @@ def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:
     ends = mesh.points[mesh.edges.nodes]
     edge = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     m = shell.material
-    n = scene.numerics
-    generated = not isinstance(shell.surface, MeshFile)
+    n = scene.numerics_of(shell)
+    generated = not isinstance(shell.surface, Given)
     finest = mesh.spacing if isinstance(shell.surface, Plate) else float(mesh.node_spacing.min())
     factor = STEP[n.formulation.kind, _cells(mesh)]
     if shell.motion == "free":
         factor = (factor**-6 + _turning(shell.thickness / finest, n) ** -6) ** (-1 / 6)
     factor *= 1 - n.irregularity**2 if generated else 1.0
     dt = n.time_step_safety * factor * finest * math.sqrt(m.density * (1 - m.poisson**2) / m.young)
-    area = None if isinstance(shell.surface, MeshFile) else shell.surface.area
+    area = None if isinstance(shell.surface, Given) else shell.surface.area
     return BodyPlan(
         name=shell.name,
         nodes=len(mesh.points),
@@ -138,11 +162,14 @@ def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:
         spacing_max=float(edge.max()),
         dt=dt,
         note=report(mesh),
+        memory=len(mesh.points)
+        * (BYTES_PER_NODE[n.formulation.kind, _cells(mesh)] + (BENDING_BYTES_PER_NODE if shell.motion == "free" else 0)),
+        every=shell.every or 1,
     )
 
 
-def _rigid(body: Rigid, scene: Scene) -> BodyPlan:
-    """Its pinballs; alone it takes hundredths of the duration as steps, beside a shell it follows the shell's."""
+def _rigid(body: Rigid) -> BodyPlan:
+    """Its pinballs; it follows the step of the others."""
     radii = [p.radius for p in body.pinballs]
     return BodyPlan(
         name=body.name,
@@ -153,27 +180,33 @@ def _rigid(body: Rigid, scene: Scene) -> BodyPlan:
         thickness=2 * min(radii),
         spacing_min=2 * min(radii),
         spacing_max=2 * max(radii),
-        dt=math.inf if scene.shells else scene.duration / 100,
+        dt=math.inf,
         note=f"rigid, inertia {', '.join(f'{m:.3g}' for m in body.moments.diagonal())} kg m2 along x, y, z",
     )
 
 
-def _fluid(fluid: Fluid, scene: Scene, meshes: dict[str, SurfaceMesh]) -> BodyPlan:
+def _fluid(fluid: Fluid, filling: Filling, scene: Scene) -> BodyPlan:
     """Its particles, and the step of sound through them."""
-    filling = fill_fluid(fluid, scene, meshes.get(getattr(fluid.fill, "shell", "")))
-    analytic = fluid.water.density * filling.volume
     return BodyPlan(
         name=fluid.name,
         nodes=len(filling.points),
         stress_points=0,
         mass=filling.mass * len(filling.points),
-        analytic_mass=analytic,
+        analytic_mass=fluid.water.density * filling.volume,
         thickness=filling.spacing,
         spacing_min=filling.spacing,
         spacing_max=filling.spacing,
         dt=scene.numerics.time_step_safety * 0.6 * filling.spacing / fluid.water.sound,
         note=filling.sentence,
+        memory=FLUID_BYTES_PER_PARTICLE * len(filling.points),
+        every=fluid.every or 1,
     )
+
+
+def _other(body: Body) -> BodyPlan:
+    """A body of a kind that is not known here: what it says of itself."""
+    points, mass, dt = body.sizes()
+    return BodyPlan(body.name, points, 0, mass, None, 0.0, 0.0, 0.0, dt)
 
 
 def _turning(slenderness: float, numerics: Numerics) -> float:
@@ -204,6 +237,12 @@ def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
                 )
             if key == "motions":
                 held.setdefault(load.body, []).append((number, caught))
+    for number, pressure in enumerate(scene.pressures):
+        mesh = meshes[pressure.body]
+        if pressure.where is not None and not inside(pressure.where, mesh.centres).any():
+            raise SceneError(
+                f"pressures[{number}].where catches no cell of shell '{pressure.body}', whose nodes are {show(mesh.spacing, 'm')} apart"
+            )
     for index, shell in enumerate(scene.shells):
         for number, region in enumerate(shell.sound):
             if not inside(region, meshes[shell.name].centres).any():
@@ -233,6 +272,23 @@ def _check_modes(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
                 f"modes.count = {scene.modes.count} is too many for shell '{shell.name}' with its {unknowns} unknowns; "
                 f"ask for at most {max(unknowns // 4 - 6, 0)}, or take a smaller numerics.spacing"
             )
+
+
+def _check_springs(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
+    """The ends of springs lie on their bodies."""
+    for number, spring in enumerate(scene.springs):
+        for end, (name, point) in enumerate(zip(spring.between, spring.points)):
+            if name not in meshes:
+                continue
+            mesh = meshes[name]
+            away = float(np.linalg.norm(mesh.points - np.asarray(point), axis=1).min())
+            allowed = spring.radius or 2 * mesh.spacing
+            if away > allowed:
+                within = "its radius" if spring.radius else "2 node spacings"
+                raise SceneError(
+                    f"springs[{number}].points[{end}] is {show(away, 'm')} from the nearest node of '{name}', beyond {within}, "
+                    f"{show(allowed, 'm')}: an end must lie on its body"
+                )
 
 
 def _check_cuts(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:

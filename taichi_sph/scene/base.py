@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-from .units import Length
+from .units import Dimensionless, Length
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]  # names become file names
 Quality = Literal["draft", "standard", "paper"]
 Point = tuple[Length, Length, Length]
+Direction = tuple[Dimensionless, Dimensionless, Dimensionless]
 
 
 class Frozen(BaseModel):
@@ -32,6 +34,10 @@ class Body(Frozen):
     @property
     def meets(self) -> bool:
         return True
+
+    def sizes(self) -> tuple[int, float, float]:
+        """Points, mass [kg] and longest step [s] of a body, before it is built: what an estimate takes of a kind that it does not know."""
+        return 1, 0.0, math.inf
 
     def check(self, scene: Any) -> None:
         """ValueError with a sentence that starts with the key, where the body does not fit the rest of the scene."""

@@ -60,7 +60,3 @@ class Kinds:
         if kind.name in [k.name for k in self.found]:
             raise ValueError(f"the kind '{kind.name}' is one of {self.package} already")
         self.registered = [k for k in self.registered if k.name != kind.name] + [kind]
-
-    def of(self, said: Any) -> Kind:
-        """The kind of something said."""
-        return next(kind for kind in reversed(self()) if type(said) is kind.said)

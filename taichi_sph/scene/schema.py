@@ -41,7 +41,7 @@ def _of(kinds: Kinds, key: str) -> BeforeValidator:
     """A table with a `kind`, as the class of the kind of that name; the kinds are looked up when a scene is made."""
 
     def choose(value: Any) -> Any:
-        known = {kind.name: kind.said for kind in kinds(key)}
+        known: dict[Any, type[Frozen]] = {kind.name: kind.said for kind in kinds(key) if kind.said is not None}
         if not isinstance(value, Mapping):
             if type(value) in known.values():
                 return value
@@ -159,6 +159,12 @@ class Scene(Frozen):
         """The numerics that hold for a body: those of the scene, with what the body says for itself."""
         own = {key: value for key in OWN if (value := getattr(body, key, None)) is not None}
         return self.numerics.model_copy(update=own) if own else self.numerics
+
+    @property
+    def formulations(self) -> str:
+        """In which forms its shells are computed, in words."""
+        kinds = dict.fromkeys(self.numerics_of(shell).formulation.kind for shell in self.shells)
+        return ", ".join(kinds) or self.numerics.formulation.kind
 
     def met(self, one: str, other: str) -> Met:
         """What holds between two bodies, by name: may they meet, with which restitution."""

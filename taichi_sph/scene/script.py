@@ -8,12 +8,13 @@ or one study, as the record of a run does.
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 import json
 import sys
 import types
 import typing
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
@@ -115,13 +116,31 @@ def dump(scene: Scene | Study) -> str:
 def _from_json(path: Path) -> Scene | Study:
     try:
         text = path.read_bytes()
+        kind = Study if isinstance(content := _literal(text), dict) and "cases" in content else Scene
     except OSError as error:
         raise SceneError(f"'{path}' cannot be read: {error.strerror}") from None
-    kind = Study if isinstance(content := _literal(text), dict) and "cases" in content else Scene
+    except RecursionError:
+        raise SceneError(f"{path.name}: its brackets are nested too deeply for a scene") from None
     try:
         return kind.model_validate_json(text)
     except ValidationError as error:
         raise SceneError(f"{path.name}: {sentence(error, kind)}") from None
+
+
+@contextlib.contextmanager
+def _beside(path: Path) -> Iterator[None]:
+    """While a script is read it finds the modules of its folder, as if Python ran it; each script those of its own."""
+    folder = path.resolve().parent
+    before = set(sys.modules)
+    sys.path.insert(0, str(folder))
+    try:
+        yield
+    finally:
+        sys.path.remove(str(folder))
+        for name in set(sys.modules) - before:
+            found = getattr(sys.modules[name], "__file__", None)
+            if found and Path(found).parent == folder:
+                del sys.modules[name]
 
 
 def _function(path: Path) -> SceneFunction:
@@ -132,7 +151,8 @@ def _function(path: Path) -> SceneFunction:
     module.__file__ = str(path.resolve())
     sys.modules[module.__name__] = module  # where get_type_hints looks names up
     try:
-        exec(compile(path.read_bytes(), str(path), "exec"), module.__dict__)
+        with _beside(path):
+            exec(compile(path.read_bytes(), str(path), "exec"), module.__dict__)
     except ValidationError as error:
         raise SceneError(_in_script(error, path)) from None
     except TaichiSphError:
@@ -176,7 +196,7 @@ def _call(function: SceneFunction, settings: Mapping[str, Any], name: str) -> tu
         raise SceneError(f"{_line(error, Path(name))}: {type(error).__name__}: {error}") from None
     if not isinstance(scene, Scene | Study):
         raise SceneError(f"{name}: scene(...) returned {type(scene).__name__}, not a Scene")
-    recorded = {key: value for key, value in values.items() if key != "quality"}
+    recorded = {key: value for key, value in values.items() if key != "quality" and value is not None}
     # the parameters are what the script was called with, whatever it wrote there itself
     update = {"parameters": recorded, "quality": values.get("quality", scene.quality)}
     try:

@@ -93,12 +93,24 @@ def to_si(text: str, unit: Unit) -> float:
     return float(top) / float(bottom or 1.0) * factor
 
 
+LIGHT = 299_792_458.0  # m/s
+
+
+def _sensible(value: float, unit: Unit) -> float:
+    if unit.symbol == "m/s" and abs(value) >= LIGHT and math.isfinite(value):
+        raise ValueError(f"is faster than light ({LIGHT:.4g} m/s)")
+    return value
+
+
 def _validator(unit: Unit) -> BeforeValidator:
     def convert(value: Any) -> float:
         if isinstance(value, str):
-            return to_si(value, unit)
+            return _sensible(to_si(value, unit), unit)
         if isinstance(value, numbers.Real) and not isinstance(value, bool):
-            return float(value)
+            try:
+                return _sensible(float(value), unit)
+            except OverflowError:
+                raise ValueError(f"is larger than any {unit.dimension}") from None
         raise ValueError(f"is not {unit.named} such as {unit.shown}")
 
     return BeforeValidator(convert)
@@ -144,6 +156,8 @@ _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 def show(value: float, symbol: str = "") -> str:
     """A number with its SI unit for a sentence: show(0.004, 'm') = '4 mm', show(7.8e-9, 'kg/m^3') as is."""
     if symbol in ("m", "s", "Pa", "N", "J") and value and math.isfinite(value):
+        if not 1e-18 <= abs(value) <= 1e18:
+            return f"{value:.4g} {symbol}"
         value = float(f"{value:.4g}")  # 0.99999 mm is 1 mm, not 1000 um
         exponent = min(9, max(-12, 3 * math.floor(math.log10(abs(value)) / 3)))
         if symbol in ("m", "s"):

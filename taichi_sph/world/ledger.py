@@ -20,8 +20,8 @@ from ..couplings.coupling import Coupling
 def summed(groups: Sequence[Group], couplings: Sequence[Coupling]) -> Entries:
     """The entries of all groups and couplings together."""
     total = Entries(0.0, 0.0, {"elastic": 0.0, "damage": 0.0, "released": 0.0}, {"viscous": 0.0, "filter": 0.0})
-    for one in (*groups, *couplings):
-        total.add(one.entries())
+    for entries in [*(group.entries() for group in groups), *(coupling.entries() for coupling in couplings)]:
+        total.add(entries)
     return total
 
 

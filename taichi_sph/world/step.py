@@ -13,7 +13,8 @@ Energies belong to time n: kinetic = 1/2 m v_n-1/2 . v_n+1/2, and the work of a 
 With these the discrete balance closes to rounding for a linear body, so what is left over is a measure of the rest.
 
 A group may take a step only `every` steps of the clock, so many times as long. What it presses on others then comes as one blow of all of
-them (r-RESPA, Tuckerman et al. 1992): both bodies get the same impulse.
+them (r-RESPA, Tuckerman et al. 1992): both bodies get the same impulse. Every group is told to move at every step; whether it does so
+when it is not due is its own affair: nodes drift, and feel what others push them with (bodies/nodal/slow.py).
 """
 
 from __future__ import annotations
@@ -38,5 +39,5 @@ def step(groups: Sequence[Group], couplings: Sequence[Coupling], now: Now) -> No
         coupling.add(now)
     for coupling in couplings:
         coupling.correct(now)
-    for group in due:
+    for group in groups:
         group.move(now)

@@ -14,13 +14,13 @@ from ..bodies.body import Now, common_schedule
 from ..couplings import kinds as coupling_kinds
 from ..errors import SceneError
 from ..frame import Frame
-from ..observers.leak import LeakGauge
+from ..observers.leak import UNITS, LeakGauge
 from ..pool import Pool, check, restore_all, state_of
 from ..scene import Scene
 from . import watchdog
 from .instead.limit import LimitSearch
 from .instead.modes import ModeSearch
-from .instead.statics import Relaxation
+from .instead.statics import Statics
 from .ledger import balance, summed
 from .step import step
 
@@ -38,7 +38,7 @@ class World:
         self.scene = scene
         self.time, self.step, self.dt, self._dt_before = 0.0, 0, 0.0, 0.0
         self.injected = 0.0  # J, at t = 0
-        self.relaxation = None
+        self.relaxation: Any = None  # of world.instead: what is done in place of motion
         self.stepping = 0.0  # s of wall clock in steps
         self.refit = False  # dt is too long now; it changes when all groups are due
         self.groups: list[Any] = []
@@ -47,13 +47,13 @@ class World:
         self.couplings = [made for kind in coupling_kinds() for made in kind.make(scene, self.groups)]
         self.every = common_schedule(self.groups)
         self.leak = LeakGauge(self.shell, self._only("fluid")) if any(getattr(f.fill, "shell", None) for f in scene.fluids) else None
-        self._probed = [(p, self.shell.probed(p.point)) for p in scene.output.probes]
+        self._probed = [(p, group, group.probed(p.point, p.body)) for p in scene.output.probes for group in [self.group_of(p.body)]]
         for one in (*self.groups, *self.couplings):
             one.start()
         self._fit_dt()
         self._dt_before = 0.0  # v_0 is given at t = 0: the first kick is half a step
         if scene.static is not None:
-            self.relaxation = Relaxation(self, self.shell, scene.static.residual, scene.static.max_steps)
+            self.relaxation = Statics(self, [group for group in self.groups if group.kind == "shell"], scene.static)
         elif scene.modes is not None:
             self.relaxation = ModeSearch(self, self.shell, scene.modes.count)
         elif scene.limit is not None:
@@ -65,32 +65,36 @@ class World:
         runtime.ti.sync()
         self.compile_seconds = clock.perf_counter() - began
 
-    def _only(self, kind: str):
+    def _only(self, kind: str) -> Any:
         """The group of that kind; None where there is none."""
         found = [group for group in self.groups if group.kind == kind]
         if len(found) > 1:
             raise ValueError(f"there are {len(found)} groups of kind '{kind}': say which")
         return found[0] if found else None
 
+    def group_of(self, name: str) -> Any:
+        """The group of the body of that name."""
+        return next(group for group in self.groups if name in [body.name for body in group.bodies])
+
     @property
-    def shell(self):
+    def shell(self) -> Any:
         """The only group of shells; None where there is none."""
         return self._only("shell")
 
     @property
-    def rigids(self):
+    def rigids(self) -> Any:
         """The pool of rigid bodies; None where there is none."""
         group = self._only("rigid")
         return None if group is None else group.rigids
 
     @property
-    def fluid(self):
+    def fluid(self) -> Any:
         """The only fluid; None where there is none."""
         group = self._only("fluid")
         return None if group is None else group.body
 
     @property
-    def contact(self):
+    def contact(self) -> Any:
         """The solver of contact; None where nothing can meet."""
         return next((c.contact for c in self.couplings if hasattr(c, "contact")), None)
 
@@ -111,10 +115,15 @@ class World:
         for group in self.groups:
             for rule, longest in group.longest_step().items():
                 steps[rule] = min(longest, steps.get(rule, math.inf))
+        rigid = self._only("rigid")
+        if not steps and rigid is not None:
+            steps = {"the smallest pinball": rigid.alone()}
+        of_bodies = min(steps.values(), default=math.inf)
         for coupling in self.couplings:
             for rule, longest in coupling.longest_step().items():
-                steps[rule] = min(longest, steps.get(rule, math.inf))
-        return steps or {"the smallest pinball": self._only("rigid").alone()}
+                # it makes stiffer what it acts on: squares of frequencies add up
+                steps[rule] = (longest**-2 + of_bodies**-2) ** -0.5
+        return steps
 
     @property
     def dt_rule(self) -> str:
@@ -122,7 +131,7 @@ class World:
         if self.relaxation is not None:
             return self.relaxation.rule
         steps = self._steps()
-        return min(steps, key=steps.get)
+        return min(steps, key=steps.__getitem__)
 
     @property
     def n_nodes(self) -> int:
@@ -188,7 +197,7 @@ class World:
         found = summed(self.groups, self.couplings)
         if self.relaxation is not None:  # nothing moves; the loads do their work from increment to increment
             found.kinetic = 0.0
-            found.external = self.relaxation.work + sum(group.pressed() for group in self.groups)
+            found.external = self.relaxation.work + sum(group.pressed() for group in self.groups if hasattr(group, "pressed"))
         return {"time": self.time - self._dt_before, **balance(found, self.injected)}
 
     def status(self) -> dict[str, int]:
@@ -208,7 +217,7 @@ class World:
 
     def probes(self) -> dict[str, dict[str, float]]:
         """Displacement [m] and velocity [m/s] at the probes of the scene."""
-        return {probe.name: self.shell.probe(i) for probe, i in self._probed}
+        return {probe.name: group.probe(i) for probe, group, i in self._probed}
 
     def tracks(self, look: bool = True) -> dict[str, dict[str, float]]:
         """By the name of its history: what is followed of each rigid body (bodies.rigid.group), and the leak (observers.leak), looked at
@@ -220,6 +229,14 @@ class World:
         for group in self.groups:
             if hasattr(group, "tracks"):
                 found |= group.tracks(look)
+        return found
+
+    def track_units(self) -> dict[str, dict[str, str]]:
+        """Units of the columns of each history in `tracks`."""
+        found = {} if self.leak is None else {"leak": UNITS}
+        for group in self.groups:
+            if hasattr(group, "tracks"):
+                found |= dict.fromkeys(group.tracks(look=False), group.track_units)
         return found
 
     def contact_report(self) -> dict[str, float] | None:
@@ -234,7 +251,7 @@ class World:
     def pools(self) -> list[Pool]:
         """All that has fields or history."""
         found = [pool for part in (*self.groups, *self.couplings) for pool in part.pools()]
-        return found if self.relaxation is None else [*found, self.relaxation]
+        return found if self.relaxation is None else [*found, *self.relaxation.pools()]
 
     @property
     def _keepers(self) -> list:

@@ -86,13 +86,13 @@ FACET = "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nve
         (None, "there is no mesh file"),
         ("", "is an empty file"),
         ("solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n", "mesh plate.stl"),
-        (FACET.format("nan 1 0"), "not a number"),
+        (FACET.format("nan 1 0"), "'nan' stands where a coordinate should"),
         (FACET.format("2 0 0"), "is flat"),
         (FACET.format("0 1 1"), "z = constant"),
     ],
 )  # fmt: skip
 def test_meshes(call, work, fake, content, said):
-    data = spoiled("shells.0.surface", {"kind": "mesh", "path": "plate.stl"})
+    data = spoiled("shells.0.surface", {"kind": "mesh", "path": "plate.stl", "scale": 2e-3})
     data["shells"][0]["cuts"], data["forces"], data["motions"] = [], [], []
     (work / "bad.json").write_text(json.dumps(data))
     if content is not None:

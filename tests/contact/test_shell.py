@@ -8,6 +8,8 @@ import pytest
 from taichi_sph import runtime
 from taichi_sph.scene import Disc, Material, Numerics, Pinball, Plate, Rigid, Scene, Shell
 
+from ..exact import restarts_exactly, threads_change_nothing
+
 STEEL = Material(name="steel", young=210e9, poisson=0.3, density=7800.0)
 RADIUS, THICKNESS = 11e-3, 0.8e-3
 TOP = RADIUS + 0.5 * THICKNESS
@@ -113,31 +115,14 @@ def test_start_inside_the_shell_is_refused():
 
 @pytest.mark.parametrize("precision", ["f64", "f32"])
 def test_restart_is_exact(precision):
-    def make():
-        return start(precision=precision)
-
-    whole = make()
-    whole.advance(60)
-    half = {k: np.copy(v) for k, v in whole.state().items()}
-    whole.advance(60)
-    end = whole.state()
-    again = make()
-    again.restore(half)
-    again.advance(60)
-    for name, value in again.state().items():
-        assert np.array_equal(value, end[name], equal_nan=True), name
+    restarts_exactly(lambda: start(precision=precision), 60, 60)
 
 
 def test_the_number_of_threads_changes_nothing():
     from taichi_sph.world.world import World
 
-    states = []
-    for threads in (1, 2):
-        sim = World(start().scene, threads=threads)
-        sim.advance(150)
-        states.append(sim.state())
-    for name, value in states[0].items():
-        assert np.array_equal(value, states[1][name], equal_nan=True), name
+    scene = start().scene
+    threads_change_nothing(lambda threads: World(scene, threads=threads), 150)
 
 
 def two_plates(path, self_contact):

@@ -8,6 +8,8 @@ import pytest
 from taichi_sph import runtime
 from taichi_sph.scene import Box, Cylinder, Fluid, Material, Numerics, Pinball, PrescribedVelocity, Rigid, Scene, Shell, ShellFill
 
+from ..exact import restarts_exactly, threads_change_nothing
+
 STEEL = Material(name="steel", young=210e9, poisson=0.3, density=7800.0)
 
 
@@ -68,29 +70,11 @@ def test_a_sound_can_at_rest_under_gravity_stays_so():
 def test_restart_is_exact_with_water_and_striker(every):
     bullet = Rigid(name="bullet", mass=0.03, pinballs=[Pinball(centre=(0.065, 0, 0.1), radius=0.009)], velocity=(-200.0, 0, 0))
 
-    def make():
-        return start(can(rigids=[bullet], duration=2e-4, every=every))
-
-    whole = make()
-    whole.advance(61)  # in the midst of two
-    half = {k: np.copy(v) for k, v in whole.state().items()}
-    whole.advance(60)
-    end = whole.state()
-    again = make()
-    again.restore(half)
-    again.advance(60)
-    for name, value in again.state().items():
-        assert np.array_equal(value, end[name], equal_nan=True), name
+    restarts_exactly(lambda: start(can(rigids=[bullet], duration=2e-4, every=every)), 61, 60)  # in the midst of two
 
 
 def test_the_number_of_threads_changes_nothing():
-    states = []
-    for threads in (1, 2):
-        sim = start(can(velocity=(3.0, 0, 1.0)), threads=threads)
-        sim.advance(100)
-        states.append(sim.state())
-    for name, value in states[0].items():
-        assert np.array_equal(value, states[1][name], equal_nan=True), name
+    threads_change_nothing(lambda threads: start(can(velocity=(3.0, 0, 1.0)), threads=threads), 100)
 
 
 def test_an_overfilled_can_is_refused():

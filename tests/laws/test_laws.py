@@ -53,7 +53,7 @@ def _power(A: ti.f64, B: ti.f64, n: ti.f64, lam: ti.types.ndarray(), more: ti.ty
 @ti.kernel
 def _table(points: ti.template(), count: ti.i32, lam: ti.types.ndarray(), out: ti.types.ndarray()):
     for k in range(lam.shape[0]):
-        stress, slope = hardening.table(lam[k], points, count)
+        stress, slope = hardening.table(lam[k], points, 0, count)
         out[k, 0], out[k, 1] = stress, slope
 
 

@@ -5,21 +5,17 @@ import pytest
 from scipy.spatial import cKDTree
 
 from taichi_sph import runtime
-from taichi_sph.numerics.cells import CellGrid, bucket, cube
+from taichi_sph.numerics.cells import CUBES, CellGrid, beside, cube
 from taichi_sph.runtime import ti
 
 
 @ti.kernel
-def _neighbours(
-    points: ti.template(), start: ti.template(), sorted: ti.template(), n: ti.i32, table: ti.i32, reach: ti.f64, found: ti.types.ndarray()
-):
+def _neighbours(grid: ti.template(), points: ti.template(), n: ti.i32, table: ti.i32, reach: ti.f64, found: ti.types.ndarray()):
     for i in range(n):
-        home = cube(points[i], 1.0 / reach)
-        for a, b, c in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
-            there = home + ti.Vector([a, b, c])
-            place = bucket(there, table)
-            for m in range(start[place], start[place + 1]):
-                j = sorted[m]
+        for k in range(CUBES):
+            there, first, last = beside(grid, points[i], k, 1.0 / reach, table)
+            for m in range(first, last):
+                j = grid.sorted[m]
                 if all(cube(points[j], 1.0 / reach) == there):
                     if (points[j] - points[i]).norm() < reach:
                         found[i, j] += 1
@@ -45,7 +41,7 @@ def cloud():
 
 def _search(grid, points, n, reach):
     found = np.zeros((n, n), np.int32)
-    _neighbours(points, grid.start, grid.sorted, n, grid.table, reach, found)
+    _neighbours(grid, points, n, grid.table, reach, found)
     return found
 
 

@@ -5,18 +5,36 @@ Kinematics are given, not computed: numbers that the measures must find again st
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from taichi_sph.frame import NO_CELLS, BodyFrame, Frame
 from taichi_sph.geometry.surfaces import generate
+from taichi_sph.observers.leak import UNITS
 from taichi_sph.output.folder import RunFolder
 from taichi_sph.output.frames import FramesWriter
 from taichi_sph.output.histories import write_history
 from taichi_sph.output.measures.pattern import cell_centres, node_spacing
 from taichi_sph.output.summary import write_summary
-from taichi_sph.scene import CappedTank, Delay, Disc, Material, Mazars, Numerics, Output, Pinball, Quantity, Rigid, Scene, Shell, dump
+from taichi_sph.scene import (
+    CappedTank,
+    Delay,
+    Disc,
+    Fluid,
+    Material,
+    Mazars,
+    Numerics,
+    Output,
+    Pinball,
+    Quantity,
+    Rigid,
+    Scene,
+    Shell,
+    ShellFill,
+    dump,
+)
 from taichi_sph.scene import Plate as Rectangle
 
 PLATE, PLUG, PETALS, CRACKED = 0.015, 0.00425, 7, 0.009  # m: radii; number of radial cracks
@@ -29,10 +47,7 @@ JET, LEAK = 60.0, 3.1  # m/s, l/s
 RIGID_UNITS = (
     {"time": "s"} | dict.fromkeys("xyz", "m") | dict.fromkeys(("vx", "vy", "vz"), "m/s") | dict.fromkeys(("fx", "fy", "fz", "f_max"), "N")
 )
-LEAK_UNITS = {
-    "time": "s", "escaped_mass": "kg", "escaped_count": "-", "rate": "kg/s", "jet_speed": "m/s",
-    "jet_x": "-", "jet_y": "-", "jet_z": "-", "opening_area": "m2",
-}  # fmt: skip
+LEAK_UNITS = {"time": "s"} | UNITS
 
 
 def steel(**changes: object) -> Material:
@@ -154,6 +169,7 @@ def tank_scene(full: bool, spacing: float = 0.01) -> Scene:
         quality="draft",
         shells=[Shell(name="tank", surface=wall, thickness=1e-3, material=steel(), motion="free")],
         rigids=[Rigid(name="ball", pinballs=balls, mass=0.031, velocity=(SHOT_SPEED, 0, 0))],
+        fluids=[Fluid(name="water", fill=ShellFill(shell="tank"))] if full else [],
         duration=2.1e-3 if full else 6e-4,
         numerics=Numerics(spacing=spacing),
         output=Output(frames=8),
@@ -270,32 +286,85 @@ def write_tank(folder: Path, full: bool, spacing: float = 0.01, particles: float
         bodies = [holed(t, mesh.points, mesh.cells, full, end), ball]
         return Frame(t, step, (*bodies, *([water(t, X, particles, end)] if full else [])))
 
+    histories = {"rigid_ball": (RIGID_UNITS, flown(full, end))}
+    if full:
+        histories["leak"] = (LEAK_UNITS, leaked(LEAK, end))
+    return _write(folder, scene, frame, count, histories, end)
+
+
+def flown(full: bool, end: float) -> dict[str, np.ndarray]:
+    """The history of the ball."""
     time = np.linspace(0, end, 400)
     x, v = np.array([shot_at(t, full) for t in time]).T
     zero = np.zeros_like(x)
-    rigid = {
-        "time": time,
-        "x": x,
-        "y": zero,
-        "z": zero,
-        "vx": v,
-        "vy": zero,
-        "vz": zero,
-        "fx": 0.031 * np.gradient(v, time),
-        "fy": zero,
-        "fz": zero,
-    }
-    rigid["f_max"] = 1.25 * np.abs(rigid["fx"])
-    histories = {"rigid_ball": (RIGID_UNITS, rigid)}
-    if full:
-        mass = LEAK * np.clip(time - 7e-4, 0, None)
-        rate = np.where(time > 7e-4, LEAK, 0.0)
-        leak = {
-            "time": time, "escaped_mass": mass, "escaped_count": mass * 1e4, "rate": rate,
-            "jet_speed": np.where(rate > 0, JET, np.nan), "jet_x": -1 + zero, "jet_y": zero, "jet_z": zero,
-            "opening_area": 0.6 * OPENING * CRACK * np.clip((time - 6e-4) / 1e-3, 0, 1),
-        }  # fmt: skip
-        histories["leak"] = (LEAK_UNITS, leak)
+    rigid = {"time": time, "x": x, "y": zero, "z": zero, "vx": v, "vy": zero, "vz": zero}
+    rigid |= {"fx": 0.031 * np.gradient(v, time), "fy": zero, "fz": zero}
+    return rigid | {"f_max": 1.25 * np.abs(rigid["fx"])}
+
+
+def leaked(litres: float, end: float) -> dict[str, np.ndarray]:
+    """The history of a leak of so many litres of water a second."""
+    time = np.linspace(0, end, 400)
+    rate, zero = np.where(time > 7e-4, litres, 0.0), np.zeros(400)
+    mass = litres * np.clip(time - 7e-4, 0, None)
+    return {
+        "time": time, "escaped_mass": mass, "escaped_count": mass * 1e4, "rate": rate,
+        "jet_speed": np.where(rate > 0, JET, np.nan), "jet_x": -1 + zero, "jet_y": zero, "jet_z": zero,
+        "opening_area": 0.6 * OPENING * CRACK * np.clip((time - 6e-4) / 1e-3, 0, 1),
+    }  # fmt: skip
+
+
+APART = 0.25  # m, the middle of each of two tanks from that of both
+SIDES = {"left": -APART, "right": APART}
+LEAKS = {"left": LEAK, "right": 2 * LEAK}  # l/s
+
+
+def two_tanks_scene(spacing: float = 0.02, **more: object) -> Scene:
+    """Two full tanks side by side, each hit by its own ball."""
+    one = tank_scene(True, spacing)
+    wall, balls = one.shells[0].surface, one.rigids[0].pinballs
+
+    def moved(pinball: Pinball, y: float) -> Pinball:
+        return pinball.model_copy(update={"centre": (pinball.centre[0], y, pinball.centre[2])})
+
+    def named(**parts: object) -> dict[str, object]:
+        return {k: getattr(one, k) for k in ("source", "quality", "duration", "numerics", "output")} | parts
+
+    return Scene(**named(
+        name="drawn_two_tanks",
+        title="Two tanks, a ball through each",
+        shells=[
+            one.shells[0].model_copy(update={"name": n, "surface": wall.model_copy(update={"origin": (0, y, -HEIGHT / 2)})})
+            for n, y in SIDES.items()
+        ],
+        rigids=[
+            one.rigids[0].model_copy(update={"name": f"ball_{n}", "pinballs": tuple(moved(b, y) for b in balls)}) for n, y in SIDES.items()
+        ],
+        fluids=[Fluid(name=f"water_{n}", fill=ShellFill(shell=n)) for n in SIDES],
+        **more,
+    ))  # fmt: skip
+
+
+def write_two_tanks(folder: Path, spacing: float = 0.02, particles: float = 0.03, count: int = 4) -> RunFolder:
+    scene = two_tanks_scene(spacing)
+    end = scene.duration
+    mesh = generate(tank_scene(True, spacing).shells[0].surface, scene.numerics)
+    start = np.array([ball.centre for ball in tank_scene(True).rigids[0].pinballs])
+    X = lattice(particles)
+
+    def aside(body: BodyFrame, name: str, y: float) -> BodyFrame:
+        by = np.array([0, y, 0])
+        return replace(body, name=name, points=body.points + by, point_data={**body.point_data, "reference": body.reference + by})
+
+    def frame(t: float, step: int) -> Frame:
+        place, speed = shot_at(t, True)
+        ball = ball_frame("ball", start + [place - start[0, 0], 0, 0], start, np.array([speed, 0, 0]), SHOT)
+        tank, inside = holed(t, mesh.points, mesh.cells, True, end), water(t, X, particles, end)
+        bodies = [(tank, ""), (inside, "water_"), (ball, "ball_")]
+        return Frame(t, step, tuple(aside(body, prefix + n, y) for n, y in SIDES.items() for body, prefix in bodies))
+
+    histories = {f"rigid_ball_{n}": (RIGID_UNITS, flown(True, end)) for n in SIDES}
+    histories |= {f"leak_water_{n}": (LEAK_UNITS, leaked(litres, end)) for n, litres in LEAKS.items()}
     return _write(folder, scene, frame, count, histories, end)
 
 

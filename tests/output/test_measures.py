@@ -119,7 +119,7 @@ class _Memory:
     def __init__(self, body: BodyFrame) -> None:
         self._body, self.name = body, body.name
 
-    def frames(self, body: str | None = None) -> _Memory:
+    def the(self, kind: str, body: str | None = None) -> _Memory:
         return self
 
     def body(self, index: int) -> BodyFrame:

@@ -36,6 +36,7 @@ def runs(tmp_path_factory) -> dict[str, RunFolder]:
         "full": drawn.write_tank(there / "full", True, 0.02, 0.03, 4),
         "dam": drawn.write_dam(there / "dam", 0.05, 4),
         "pond": drawn.write_pond(there / "pond"),
+        "two": drawn.write_two_tanks(there / "two"),
     }
 
 
@@ -45,6 +46,10 @@ def runs(tmp_path_factory) -> dict[str, RunFolder]:
     [
         ("plate", ["impact.png", "impact_over_time.png", "strikers.png", "energies.png"]),
         ("full", ["impact.png", "impact_over_time.png", "strikers.png", "leak.png", "energies.png"]),
+        (
+            "two",
+            ["impact.png", "impact_over_time.png", "strikers.png", *(f"leak_water_{side}.png" for side in drawn.SIDES), "energies.png"],
+        ),
         ("dam", ["pressure_over_time.png", "speed_over_time.png", "energies.png"]),
         ("pond", ["pressure_over_time.png", "speed_over_time.png", "energies.png"]),
     ],

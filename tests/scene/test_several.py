@@ -80,7 +80,7 @@ BAD = [
     ({"output.probes.0.body": "water_left"}, "output.probes[0].body: 'water_left' is a fluid; probes of it are not possible yet"),
     ({"meetings.0.between": ["first", "secnd"]}, "meetings[0].between: there is no body 'secnd'; did you mean 'second'?"),
     ({"meetings.0.between": ["first", "first"]}, "meetings[0].between: 'first' twice"),
-    ({"meetings.0.between": ["first", "left"]}, "meetings[0].restitution is Newton's, of two rigid bodies; shell 'left' bounces by itself"),
+    ({"meetings.0.between": ["first", "water_left"]}, "meetings[0].restitution is of solids; fluid 'water_left' bounces by its pressure"),
     ({"meetings.0.friction": 0.3}, "meetings[0].friction = 0.3 is not possible yet"),
     ({"meetings.1": {"between": ["second", "first"]}}, "meetings[1]: 'second' and 'first' have a meeting already"),
     ({"springs.0.between": [None, None]}, "springs[0].between names no body"),
@@ -176,8 +176,8 @@ class Rope(Frozen):
 
 @pytest.fixture
 def toys():
-    bodies.register(Kind("toy", "others", Toy, made=dict))
-    couplings.register(Kind("rope", "interactions", Rope))
+    bodies.register(Kind("toy", "others", Toy, lambda scene, groups: [scene.body("t")]))
+    couplings.register(Kind("rope", "interactions", Rope, lambda scene, groups: []))
     yield
     bodies.kinds.registered.clear()
     couplings.kinds.registered.clear()
@@ -186,7 +186,7 @@ def toys():
 def test_a_kind_that_is_registered_can_be_said(toys, tmp_path):
     scene = plate(others=[Toy(name="t", mass=2.0)], interactions=[{"kind": "rope", "between": ["t", "sheet"]}])
     assert scene.bodies[-1] == scene.body("t") and scene.key_of(scene.body("t")) == "others[0]" and scene.couplings[0].between[1] == "sheet"
-    assert bodies.kinds.of(scene.body("t")).maker() is dict
+    assert bodies.kinds("others")[-1].make(scene, []) == [scene.body("t")]
     (tmp_path / "scene.json").write_text(dump(scene))
     assert load_scene(tmp_path / "scene.json") == scene
     with pytest.raises(ValueError, match=r"others\[0\].mass must be above 0"):
@@ -201,4 +201,4 @@ def test_the_kinds_are_found_in_their_folders():
         "meeting",
     }
     with pytest.raises(ValueError, match="is one of taichi_sph.bodies already"):
-        bodies.register(Kind("rigid", "others", Toy))
+        bodies.register(Kind("rigid", "others", Toy, dict))

@@ -26,7 +26,8 @@ from taichi_sph.scene import (
 from taichi_sph.scene.supports import clamped, held
 from taichi_sph.world.step import step
 
-from ..plates import same_state, start
+from ..exact import same_state
+from ..plates import start
 from ..points import Points, plane
 
 YOUNG, NU = 210e9, 0.3

@@ -153,8 +153,10 @@ STEP = {f"bodies.shell_sph.galerkin.{name}" for name in ("_row_values", "_cell_f
     "world.step._kick_and_drift"
 }
 STRIKER = {
-    *(f"bodies.rigid.pool.{name}" for name in ("place", "rest", "move")),
-    "couplings.contact.multipliers._fastest",
+    *(f"bodies.rigid.pool.{name}" for name in ("rest", "move")),
+    "bodies.rigid.port._look",
+    "bodies.shell_sph.port._look",
+    "couplings.contact.multipliers._wear",
     "couplings.contact.multipliers._book",
 }
 
@@ -168,7 +170,7 @@ def per_step(counted: Counter) -> set[str]:
 
 def test_a_step_costs_what_its_terms_cost(launches):
     """Launched per step: five kernels, whatever the material is and whether the plate bends; a striker that is far away
-    five more, none of which looks at pairs."""
+    six more, none of which looks at pairs."""
     brittle = {**STEEL, "damage": Mazars(threshold=0.1, A=1, B=100), "critical_damage": 0.9}
     for scene in (plate(), plate("free"), plate("free", {**STEEL, "strength": Perfect(yield_stress=2e8)}), plate(material=brittle)):
         assert per_step(stepped(scene, launches)[2]) == STEP

@@ -9,7 +9,8 @@ import pytest
 from taichi_sph import runtime
 from taichi_sph.scene.script import load_scene
 
-from ..plates import CELLS, SIDE, crack, displacement, mass, plane, plate_scene, put, same_state, start, tearing, velocity
+from ..exact import same_state
+from ..plates import CELLS, SIDE, crack, displacement, mass, plane, plate_scene, put, start, tearing, velocity
 
 D = SIDE / CELLS
 B1 = Path(__file__).parents[2] / "scenes" / "crack_branching.py"

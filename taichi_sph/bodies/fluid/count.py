@@ -26,14 +26,13 @@ def count(fluid: Fluid, spacing: float, surface: Surface | None = None, thicknes
         if fluid.fill.level is not None:
             volume = _revolved(surface, thickness, fluid.fill.axis, fluid.fill.level)
         if volume is None:
-            volume = math.pi * surface.radius**2 * surface.length
-            if isinstance(surface, CappedTank) and surface.cap == "dome":
-                h = surface.cap_height or surface.radius
-                volume += math.pi * h * (3 * surface.radius**2 + h**2) / 3
+            volume = surface.volume if isinstance(surface, CappedTank) else math.pi * surface.radius**2 * surface.length
+    elif getattr(surface, "volume", None) is not None:
+        volume = surface.volume
     elif mesh is not None:
         axis = AXES[fluid.fill.axis]
         low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
         if fluid.fill.level is not None:
             high[axis] = min(high[axis], fluid.fill.level)
-        volume = float(np.prod(np.maximum(high - low, 0.0)))  # of the box around it: its lattice is made first
+        volume = min(abs(mesh.volume), float(np.prod(np.maximum(high - low, 0.0))))
     return 0 if volume is None else int(min(max(volume, 0.0) / d / d / d, COUNTED))

@@ -9,12 +9,15 @@ N)^(1/3), with the volume the true one.
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
+from weakref import WeakValueDictionary
 
 import numpy as np
 
 from ...errors import SceneError
 from ...geometry.mesh import SurfaceMesh
+from ...geometry.surfaces import mesh_key
 from ...scene.schema import Scene
 from ...scene.surfaces import CappedTank, Cylinder
 from .said import Fluid, FluidBox
@@ -53,13 +56,21 @@ class Filling:
         )
 
 
+_MADE: WeakValueDictionary[Hashable, Filling] = WeakValueDictionary()
+
+
 def fill_fluid(fluid: Fluid, scene: Scene, mesh: SurfaceMesh | None) -> Filling:
-    """The particles of a fluid of a scene; mesh: of its shell, where it has one."""
-    name = getattr(fluid.fill, "shell", None)
+    """The particles of a fluid of a scene; mesh: of its shell, where it has one. As long as somebody holds the filling (the plan of a run
+    does), it is not made again."""
+    spacing, name = scene.numerics_of(fluid).spacing, getattr(fluid.fill, "shell", None)
     if name is None:
-        return fill(fluid, scene.numerics.spacing)
+        return fill(fluid, spacing)
     shell = next(s for s in scene.shells if s.name == name)
-    return fill(fluid, scene.numerics.spacing, mesh, shell.thickness, shell.surface)
+    key = (fluid.fill, fluid.water.density, fluid.contact, spacing, shell.thickness, mesh_key(shell, scene))
+    found = _MADE.get(key)
+    if found is None:
+        found = _MADE[key] = fill(fluid, spacing, mesh, shell.thickness, shell.surface)
+    return found
 
 
 def fill(fluid: Fluid, spacing: float, mesh: SurfaceMesh | None = None, thickness: float = 0.0, surface=None) -> Filling:
@@ -237,7 +248,7 @@ def _feet(p: np.ndarray, t: np.ndarray) -> np.ndarray:
 
 def _revolved(surface, thickness: float, axis: str, level: float) -> float | None:
     """Volume inside a tank up to a level along its own axis [m3], by its radius over the height; None for other bodies."""
-    if not isinstance(surface, (Cylinder, CappedTank)) or surface.axis != axis:
+    if not isinstance(surface, (Cylinder, CappedTank)) or surface.axis != axis or getattr(surface, "cap", "flat") not in ("flat", "dome"):
         return None
     half = surface.half_angle if isinstance(surface, CappedTank) else 0.0
     bottom, e = surface.origin[AXES[axis]], 0.5 * thickness

@@ -8,11 +8,12 @@ from ... import runtime
 from ...errors import RunStopped
 from ...frame import NO_CELLS, BodyFrame
 from ...numerics.reduce import fastest
-from ...pool import Pool, restore_all, state_of
+from ...pool import Pool
 from ...scene.schema import Scene
 from ..body import Entries, Now, Rest, Span
 from .body import FluidBody
 from .fill import fill_fluid
+from .port import FluidSurface
 
 FASTEST = 3.0  # speed of a fluid over that of sound in it
 LOOK = 10  # steps between two looks at the speed of a fluid
@@ -60,6 +61,8 @@ class FluidGroup(Rest):
         self.body.rates(*self._steps(now))
 
     def move(self, now: Now) -> None:
+        if not now.due(self):
+            return
         self.body.kick_and_drift(*self._steps(now), self.pushed)
 
     def longest_step(self) -> dict[str, float]:
@@ -102,11 +105,5 @@ class FluidGroup(Rest):
     def pools(self) -> list[Pool]:
         return self.body.pools()
 
-    def state(self) -> dict[str, np.ndarray]:
-        return state_of(self.pools())
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        restore_all(self.pools(), state)
-
-    def shapes(self) -> dict[str, tuple[int, ...]]:
-        return {name: value.shape for name, value in self.state().items()}
+    def surface(self) -> FluidSurface:
+        return FluidSurface(self)

@@ -30,8 +30,8 @@ class Water(Frozen):
     """A weakly compressible fluid (T 1.3). `tension` is the most that it bears before it cavitates,
     above the pressure of its surroundings; None: any."""
 
-    density: Annotated[Density, Field(gt=0)] = 1000.0
-    sound: Annotated[Speed, Field(gt=0)] = 1450.0
+    density: Annotated[Density, Field(ge=0.01, le=1e5)] = 1000.0
+    sound: Annotated[Speed, Field(ge=0.01, le=1e5)] = 1450.0
     law: Annotated[Acoustic | Tait, *Choice] = Acoustic()
     tension: Annotated[Pressure, Field(ge=0)] | None = 0.0
 

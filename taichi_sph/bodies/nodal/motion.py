@@ -24,10 +24,13 @@ def kick_and_drift(nodes: ti.template(), loads: ti.template(), n: ti.i32, dt_bef
                 free = after
                 for c in ti.static(range(nodes.dim)):
                     if loads.mask[g][c] == 1:
-                        after[c] = loads.velocity[g][c] * history(half_time, loads.rise[g])
+                        after[c] = loads.velocity[g][c] * history(half_time, loads.curves, loads.curve[g])
                 push += nodes.mass[i] / kick * (after - free)
         if ti.static(loads.acts):
-            if any(push != 0.0):
+            booked = any(push != 0.0)
+            if ti.static(loads.blows):
+                booked = booked or loads.ahead[i] != 0.0
+            if booked:
                 loads.work[i] += loads.ahead[i] + 0.5 * dt_before * push.dot(before)
                 loads.ahead[i] = 0.5 * dt * push.dot(after)
         nodes.v[i] = after
@@ -61,11 +64,14 @@ def _turn(nodes: ti.template(), loads: ti.template(), i, kick, dt_before, dt, ha
             free = after
             for c in ti.static(range(3)):
                 if loads.spin_mask[g][c] == 1:
-                    after[c] = loads.spin[g][c] * history(half_time, loads.rise[g])
+                    after[c] = loads.spin[g][c] * history(half_time, loads.curves, loads.curve[g])
             after = undrilled(loads, g, n, after)
             twist += nodes.inertia[i] / kick * (after - free)
     if ti.static(loads.twists or loads.moves):
-        if any(twist != 0.0):
+        booked = any(twist != 0.0)
+        if ti.static(loads.blows):
+            booked = booked or loads.ahead_spin[i] != 0.0
+        if booked:
             loads.work[i] += loads.ahead_spin[i] + 0.5 * dt_before * twist.dot(before)
             loads.ahead_spin[i] = 0.5 * dt * twist.dot(after)
     theta = dt * after

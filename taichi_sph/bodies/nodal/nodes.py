@@ -5,8 +5,6 @@ has a director at each node. Both are constants of the run, so the same kernels 
 nothing of bending.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ... import runtime
@@ -15,18 +13,38 @@ from ...pool import Pool
 from ...runtime import ti
 
 
+@ti.func
+def body_of(pool: ti.template(), i):
+    """Number of the body that row i of a pool of nodes or cells belongs to; nothing is read where there is one."""
+    b = 0
+    if ti.static(pool.several):
+        b = pool.body[i]
+    return b
+
+
 @ti.data_oriented
 class Nodes(Pool):
     """Shell nodes: mass and motion."""
 
-    def __init__(self, mesh: SurfaceMesh, mass: np.ndarray, inertia: np.ndarray | None = None, name: str = "nodes"):
-        """mass (N,) [kg]; inertia (N,) [kg m2] of the director, None for a shell that stays in its plane."""
+    def __init__(
+        self,
+        mesh: SurfaceMesh,
+        mass: np.ndarray,
+        inertia: np.ndarray | None = None,
+        body: np.ndarray | None = None,
+        name: str = "nodes",
+    ):
+        """mass (N,) [kg]; inertia (N,) [kg m2] of the director, None for a shell that stays in its plane; body (N,) number of the
+        body, None where there is one."""
         super().__init__(name)
         self.n = n = len(mesh.points)
+        body = np.zeros(n, np.int32) if body is None else body.astype(np.int32)
+        self.several = bool(body.any())
         self.bends = inertia is not None
         self.dim = dim = 3 if self.bends else 2
         half = "at the half step before (T 2.31)"
         self.X = self.field("X", n, 3, "f64", unit="m", doc="reference position")
+        self.body = self.field("body", n, dtype="i32", doc="number of its body in the group")
         self.mass = self.field("mass", n, unit="kg", doc="mass")
         self.u = self.field("u", n, dim, unit="m", doc="displacement", keeps=True)
         self.v = self.field("v", n, dim, unit="m/s", doc=f"velocity {half}", keeps=True, shown="velocity")
@@ -36,7 +54,9 @@ class Nodes(Pool):
         self.fixed = self.field("fixed", n, dtype="i32", doc="number of its prescribed motion + 1, 0: free")
         runtime.put(self.X, mesh.points)
         runtime.put(self.mass, mass)
-        if self.bends:
+        if self.several:
+            runtime.put(self.body, body)
+        if inertia is not None:
             self.N = self.field("N", n, 3, doc="reference director, unit")
             self.d = self.field("d", n, 3, doc="director now minus N", keeps=True)
             self.omega = self.field("omega", n, 3, unit="rad/s", doc=f"spin, across the director, {half}", keeps=True)

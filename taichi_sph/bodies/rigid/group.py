@@ -9,9 +9,11 @@ import numpy as np
 from ... import runtime
 from ...errors import RunStopped
 from ...frame import NO_CELLS, BodyFrame
+from ...pool import Pool
 from ...scene.schema import Scene
 from ..body import Entries, Group, Now, Rest, Span
-from .pool import RigidBodies, move, place, rest, spins
+from .pool import RigidBodies, move, rest, spins
+from .port import RigidSurface
 from .surface import RigidPoints
 
 
@@ -45,11 +47,11 @@ class RigidGroup(Rest):
     def alone(self) -> float:
         """The step [s] of rigid bodies that nothing else rules: no point moves by more than a twentieth of the smallest pinball."""
         radius = min(p.radius for body in self.scene.rigids for p in body.pinballs)
-        gravity = np.linalg.norm(self.scene.gravity or (0.0, 0.0, 0.0))
+        gravity = float(np.linalg.norm(self.scene.gravity or (0.0, 0.0, 0.0)))
         speed = 0.0
         for body in self.scene.rigids:
             reach = max(np.linalg.norm(np.array(p.centre) - body.centre) + p.radius for p in body.pinballs)
-            speed = max(speed, np.linalg.norm(body.velocity) + reach * np.linalg.norm(body.spin))
+            speed = max(speed, float(np.linalg.norm(body.velocity) + reach * np.linalg.norm(body.spin)))
         return min(0.05 * radius / (speed + gravity * self.scene.duration + 1e-300), self.scene.duration / 100)
 
     def entries(self) -> Entries:
@@ -66,12 +68,11 @@ class RigidGroup(Rest):
 
     def frames(self) -> list[BodyFrame]:
         rigids = self.rigids
-        place(rigids, rigids.n_balls)
-        x, radius = runtime.get(rigids.ball_x, rigids.n_balls), runtime.get(rigids.ball_radius, rigids.n_balls)
+        x, radius = rigids.ball_places(), rigids.ball_radius
         centre, v, omega = runtime.get(rigids.x, rigids.n), runtime.get(rigids.v, rigids.n), spins(rigids)
         frames = []
         for r, name in enumerate(rigids.names):
-            own = rigids.balls_of(r)
+            own = np.flatnonzero(rigids.ball_body == r)
             data = {
                 "reference": rigids.ball_reference[own],
                 "velocity": v[r] + np.cross(omega[r], x[own] - centre[r]),
@@ -79,6 +80,8 @@ class RigidGroup(Rest):
             }
             frames.append(BodyFrame(name, x[own], NO_CELLS, data, {}, kind="rigid"))
         return frames
+
+    track_units = dict.fromkeys("xyz", "m") | dict.fromkeys(("vx", "vy", "vz"), "m/s") | dict.fromkeys(("fx", "fy", "fz", "f_max"), "N")
 
     def tracks(self, look: bool = True) -> dict[str, dict[str, float]]:
         """By the name of its history: place [m], velocity [m/s] and force [N] (water, contact) of each body, now and the largest since
@@ -97,12 +100,8 @@ class RigidGroup(Rest):
         points = RigidPoints(name, self, self.scene.rigids, spacing, meets)
         return points if points.n else None
 
-    def state(self) -> dict[str, np.ndarray]:
-        return {name: runtime.get(field, n) for name, (field, n) in self.rigids.history().items()}
+    def surface(self) -> RigidSurface:
+        return RigidSurface(self)
 
-    def shapes(self) -> dict[str, tuple[int, ...]]:
-        return {name: value.shape for name, value in self.state().items()}
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        for name, (field, _) in self.rigids.history().items():
-            runtime.put(field, np.asarray(state[name]))
+    def pools(self) -> list[Pool]:
+        return [self.rigids]

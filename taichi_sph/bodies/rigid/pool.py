@@ -1,47 +1,53 @@
 """Rigid bodies: few of them, each with its pinballs (T 3.3). Data and the way they move; always f64, for a body
 moves far and turns often."""
 
+from typing import Any
+
 import numpy as np
 
 from ... import runtime
+from ...numerics.turns import eased, product, rolled
+from ...pool import Pool
 from ...runtime import ti
 from .said import Rigid
 
 
 @ti.data_oriented
-class RigidBodies:
+class RigidBodies(Pool):
     """State: x, v, q, L (v and L at the half step before); force and torque are overwritten each step, and f_max keeps the
     largest force until it is taken (`hardest`). Turning is kept as angular momentum in space, which contact alone changes,
-    so that a tumbling body neither gains nor loses any."""
+    so that a tumbling body neither gains nor loses any.
 
-    def __init__(self, bodies: tuple[Rigid, ...]):
+    Of its pinballs: ball_body (B,), ball_arm (B, 3) [m] from the centre of mass at t = 0, ball_radius (B,) [m],
+    ball_reference (B, 3) [m].
+    """
+
+    def __init__(self, bodies: tuple[Rigid, ...], name: str = "rigid"):
+        super().__init__(name)
         self.names = [body.name for body in bodies]
         self.n = n = len(bodies)
         self.n_balls = sum(len(body.pinballs) for body in bodies)
-        new = runtime.new
-        self.x = new("rigid.x", n, 3, "f64")  # m, centre of mass
-        self.v = new("rigid.v", n, 3, "f64")  # m/s
-        self.q = new("rigid.q", n, 4, "f64")  # quaternion (w, x, y, z) from t = 0 to now
-        self.L = new("rigid.L", n, 3, "f64")  # kg m2/s, angular momentum about the centre of mass
-        self.force = new("rigid.force", n, 3, "f64")  # N, water and contact
-        # N, what `felt` has beside `force`: blows in `force` that stand for several steps are spread over those (bodies/rigid/surface.py)
-        self.spread = new("rigid.spread", n, 3, "f64")
-        self.felt = new("rigid.felt", n, 3, "f64")  # N, of water and contact, each blow spread over the steps that it stands for
-        self.f_max = new("rigid.f_max", n, dtype="f64")  # N, largest |force| of the steps since it was last taken
-        self.torque = new("rigid.torque", n, 3, "f64")  # N m, about the centre of mass
-        self.weight = new("rigid.weight", n, 3, "f64")  # N, gravity
-        self.work = new("rigid.work", n, dtype="f64")  # J, done by gravity up to time n
-        self.ahead = new("rigid.ahead", n, dtype="f64")  # J, what it does on the way to n + 1
-        self.kinetic = new("rigid.kinetic", n, dtype="f64")  # J, of the last step
-        self.mass = new("rigid.mass", n, dtype="f64")  # kg
-        self.free = new("rigid.free", n, dtype="f64")  # 1, and 0 for a body that is held
-        self.axes = new("rigid.axes", n, 4, "f64")  # quaternion of the principal axes at t = 0
-        self.moments = new("rigid.moments", n, 3, "f64")  # kg m2, principal
-        self.restitution = new("rigid.restitution", n, dtype="f64")
-        self.ball_body = new("rigid.ball_body", self.n_balls, dtype="i32")
-        self.ball_arm = new("rigid.ball_arm", self.n_balls, 3, "f64")  # m, from the centre of mass, at t = 0
-        self.ball_radius = new("rigid.ball_radius", self.n_balls, dtype="f64")  # m
-        self.ball_x = new("rigid.ball_x", self.n_balls, 3, "f64")  # m, now
+
+        def field(name: str, vector: int = 0, unit: str = "", doc: str = "", keeps: bool = False) -> Any:
+            return self.field(name, n, vector, "f64", unit=unit, doc=doc, keeps=keeps)
+
+        self.x = field("x", 3, "m", "centre of mass", True)
+        self.v = field("v", 3, "m/s", "velocity of the centre of mass, at the half step before", True)
+        self.q = field("q", 4, "", "quaternion (w, x, y, z) of the turn from t = 0 to now", True)
+        self.L = field("L", 3, "kg m2/s", "angular momentum about the centre of mass, at the half step before", True)
+        self.force = field("force", 3, "N", "of water and contact", True)
+        self.spread = field("spread", 3, "N", "what `felt` has beside `force`: a blow in `force` stands for several steps")
+        self.felt = field("felt", 3, "N", "of water and contact, each blow spread over the steps that it stands for", True)
+        self.f_max = field("f_max", 0, "N", "largest |felt| of the steps since it was last taken", True)
+        self.torque = field("torque", 3, "N m", "about the centre of mass", True)
+        self.weight = field("weight", 3, "N", "gravity")
+        self.work = field("work", 0, "J", "done by gravity up to time n", True)
+        self.ahead = field("ahead", 0, "J", "what gravity does on the way to n + 1", True)
+        self.kinetic = field("kinetic", 0, "J", "of the last step", True)
+        self.mass = field("mass", 0, "kg", "mass")
+        self.free = field("free", 0, "", "1, and 0 for a body that is held")
+        self.axes = field("axes", 4, "", "quaternion of the principal axes at t = 0")
+        self.moments = field("moments", 3, "kg m2", "principal moments of inertia")
 
         from scipy.spatial.transform import Rotation
 
@@ -60,21 +66,17 @@ class RigidBodies:
         runtime.put(self.free, np.array([0.0 if body.held else 1.0 for body in bodies]))
         runtime.put(self.axes, np.array(axes))
         runtime.put(self.moments, np.array(moments))
-        runtime.put(self.restitution, np.array([body.restitution for body in bodies]))
-        runtime.put(self.ball_body, np.repeat(np.arange(n), [len(b.pinballs) for b in bodies]).astype(np.int32))
-        runtime.put(self.ball_arm, np.array([np.array(p.centre) - b.centre for b in bodies for p in b.pinballs]))
-        runtime.put(self.ball_radius, np.array([p.radius for b in bodies for p in b.pinballs]))
+        self.ball_body = np.repeat(np.arange(n), [len(b.pinballs) for b in bodies]).astype(np.int32)
+        self.ball_arm = np.array([np.array(p.centre) - b.centre for b in bodies for p in b.pinballs])
+        self.ball_radius = np.array([p.radius for b in bodies for p in b.pinballs])
         self.ball_reference = np.array([p.centre for b in bodies for p in b.pinballs])
-        place(self, self.n_balls)
 
-    def balls_of(self, r: int) -> np.ndarray:
-        """Numbers of the pinballs of body r."""
-        return np.flatnonzero(runtime.get(self.ball_body, self.n_balls) == r)
-
-    def history(self) -> dict[str, object]:
-        """Fields that are history, with their lengths."""
-        names = ("x", "v", "q", "L", "force", "felt", "f_max", "torque", "work", "ahead", "kinetic")
-        return {f"rigid.{name}": (getattr(self, name), self.n) for name in names}
+    def ball_places(self) -> np.ndarray:
+        """(B, 3) where the pinballs are now [m]."""
+        x, q = (runtime.get(field, self.n)[self.ball_body] for field in (self.x, self.q))
+        u = q[:, 1:]
+        t = 2.0 * np.cross(u, self.ball_arm)
+        return x + (self.ball_arm + q[:, :1] * t + np.cross(u, t))
 
     def hardest(self) -> np.ndarray:
         """(n,) largest force of water and contact [N] of all steps since the last call."""
@@ -94,35 +96,9 @@ def spins(rigids: RigidBodies) -> np.ndarray:
 
 
 @ti.func
-def turned(q, a):
-    """The vector a turned by the unit quaternion q."""
-    u = ti.Vector([q[1], q[2], q[3]])
-    t = 2.0 * u.cross(a)
-    return a + q[0] * t + u.cross(t)
-
-
-@ti.func
-def product(p, q):
-    """Quaternion of first q, then p."""
-    u, w = ti.Vector([p[1], p[2], p[3]]), ti.Vector([q[1], q[2], q[3]])
-    s = p[0] * q[0] - u.dot(w)
-    v = p[0] * w + q[0] * u + u.cross(w)
-    return ti.Vector([s, v[0], v[1], v[2]])
-
-
-@ti.func
-def back(q):
-    """The inverse turn."""
-    return ti.Vector([q[0], -q[1], -q[2], -q[3]])
-
-
-@ti.func
 def spun(rigids: ti.template(), r, q, L):
     """I^-1 L in space: the spin [rad/s] of body r in the pose q by an angular momentum L; 0 where it is held."""
-    pose = product(q, rigids.axes[r])
-    a = turned(back(pose), L)
-    I = rigids.moments[r]
-    return rigids.free[r] * turned(pose, ti.Vector([a[0] / I[0], a[1] / I[1], a[2] / I[2]]))
+    return rigids.free[r] * eased(product(q, rigids.axes[r]), rigids.moments[r], L)
 
 
 @ti.func
@@ -137,17 +113,6 @@ def free_velocity(rigids: ti.template(), r, kick):
     return rigids.v[r] + rigids.free[r] * kick / rigids.mass[r] * (rigids.weight[r] + rigids.force[r])
 
 
-@ti.func
-def rolled(q, theta):
-    """The pose q turned further by the vector theta [rad]."""
-    angle = theta.norm()
-    step = ti.Vector([1.0, 0.0, 0.0, 0.0], ti.f64)
-    if angle > 0.0:
-        axis = ti.sin(0.5 * angle) / angle * theta
-        step = ti.Vector([ti.cos(0.5 * angle), axis[0], axis[1], axis[2]])
-    return product(step, q).normalized()
-
-
 @ti.kernel
 def rest(rigids: ti.template(), n: ti.i32):
     """No forces yet."""
@@ -155,14 +120,6 @@ def rest(rigids: ti.template(), n: ti.i32):
         rigids.force[r] *= 0.0
         rigids.torque[r] *= 0.0
         rigids.spread[r] *= 0.0
-
-
-@ti.kernel
-def place(rigids: ti.template(), n_balls: ti.i32):
-    """Where the pinballs are now."""
-    for p in range(n_balls):
-        r = rigids.ball_body[p]
-        rigids.ball_x[p] = rigids.x[r] + turned(rigids.q[r], rigids.ball_arm[p])
 
 
 @ti.kernel

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ... import runtime
+from ...numerics.turns import turned
 from ...pool import Pool
 from ...runtime import ti
 from ..wettable import SurfacePoints
-from .pool import spin_of, turned
+from .pool import spin_of
 from .said import Rigid
 
 if TYPE_CHECKING:

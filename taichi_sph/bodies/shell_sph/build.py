@@ -2,43 +2,137 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from ...geometry.mesh import SurfaceMesh
+from ...geometry.mesh import SurfaceMesh, joined
 from ...geometry.regions import inside
 from ...geometry.surfaces import mesh_of
-from ...scene import Ramp, Scene
+from ...scene import Ramp, Scene, Step
+from ...scene.histories import Points
+from ...scene.numerics import Numerics
+from ...scene.regions import Region
+from ..body import Span
 from ..nodal.nodes import Nodes
-from .pool import Cells, MaterialPool
+from .pool import Cells, MaterialPool, Section
+from .said import Shell
+
+
+@dataclass(frozen=True)
+class ShellBody:
+    """One shell of a group: what was said of it, how it is computed, its mesh, and its share of the pools."""
+
+    said: Shell
+    numerics: Numerics
+    mesh: SurfaceMesh
+    nodes: Span
+    cells: Span
+
+    @property
+    def name(self) -> str:
+        return self.said.name
 
 
 @dataclass
 class Model:
-    """What exists."""
+    """What exists: the bodies, their meshes as one, and the pools."""
 
+    bodies: tuple[ShellBody, ...]
     mesh: SurfaceMesh
     nodes: Nodes
     cells: Cells
     material: MaterialPool
 
 
-def build(scene: Scene) -> Model:
-    """Allocate and fill the pools of the scene's shell."""
-    shell = scene.shells[0]
-    bends = shell.motion == "free"
-    mesh = mesh_of(shell, scene)
-    mass = mesh.node_areas * shell.thickness * shell.material.density
-    inertia = mass * rotary(mesh.node_spacing, shell.thickness, scene.numerics) if bends else None
-    nodes = Nodes(mesh, mass, inertia)
-    spared = [inside(region, mesh.centres) for region in shell.sound]
-    material = MaterialPool(shell.material, shell.thickness, bends, mesh.spacing)
-    cells = Cells(mesh, nodes, material, np.any(spared, axis=0) if spared else None)
-    return Model(mesh, nodes, cells, material)
+def laws(scene: Scene, shell: Shell) -> tuple:
+    """What is compiled for a shell. Shells of the same laws stand in one pool; numbers do not count, for they are fields.
+
+    Last: how many steps of the clock its own step is long."""
+    material, form = shell.material, scene.numerics_of(shell).formulation
+    strength, bends = material.strength, shell.motion == "free"
+    hardens = None if strength is None else (strength.kind == "table", strength.kind == "johnson_cook", strength.layers)
+    history = (hardens, material.damage is not None, material.delay is not None, material.critical_damage is not None, bool(shell.sound))
+    terms: tuple = ()
+    if form.kind == "collocation":
+        viscous = bool(form.viscosity.alpha or form.viscosity.beta or (form.viscosity.gamma and bends))
+        terms = (viscous, bool(form.edge_filter), bool(form.spin_filter), form.selective_shear)
+    every = 1 if scene.increments is not None else shell.every or 1
+    return (shell.motion, history, form.kind, terms, every)
 
 
-def rotary(spacing: np.ndarray, thickness: float, numerics) -> np.ndarray:
+def alike(scene: Scene) -> list[list[Shell]]:
+    """The shells of the scene, those of the same laws together, in the order of the first of them."""
+    found: dict[tuple, list[Shell]] = {}
+    for shell in scene.shells:
+        found.setdefault(laws(scene, shell), []).append(shell)
+    return list(found.values())
+
+
+def build(scene: Scene, shells: Sequence[Shell], suffix: str = "") -> Model:
+    """Allocate and fill the pools of shells of the same laws; suffix: of the names of the pools."""
+    bodies: list[ShellBody] = []
+    node, cell = 0, 0
+    for shell in shells:
+        mesh = mesh_of(shell, scene)
+        n, m = len(mesh.points), len(mesh.cells)
+        bodies.append(ShellBody(shell, scene.numerics_of(shell), mesh, Span(shell.name, node, n), Span(shell.name, cell, m)))
+        node, cell = node + n, cell + m
+    mesh = joined([body.mesh for body in bodies])
+    bends = shells[0].motion == "free"
+    mass = np.concatenate([body.mesh.node_areas * body.said.thickness * body.said.material.density for body in bodies])
+    inertia = None
+    if bends:
+        inertia = mass * np.concatenate([rotary(body.mesh.node_spacing, body.said.thickness, body.numerics) for body in bodies])
+    numbers = np.arange(len(bodies))
+    nodes = Nodes(mesh, mass, inertia, by_node(bodies, numbers), f"nodes{suffix}")
+    sections = [Section(body.said.material, body.said.thickness, body.mesh.spacing) for body in bodies]
+    material = MaterialPool(sections, bends, f"material{suffix}")
+    spared = None
+    if shells[0].sound:
+        spared = np.concatenate([np.any([inside(region, body.mesh.centres) for region in body.said.sound], axis=0) for body in bodies])
+    cells = Cells(mesh, nodes, material, spared, by_cell(bodies, numbers), f"cells{suffix}")
+    return Model(tuple(bodies), mesh, nodes, cells, material)
+
+
+def by_node(bodies: Sequence[ShellBody], values: Any) -> np.ndarray:
+    """(N,) one value a body -> that of the body of each node."""
+    return np.repeat(np.asarray(values), [body.nodes.n for body in bodies])
+
+
+def by_cell(bodies: Sequence[ShellBody], values: Any) -> np.ndarray:
+    """(M,) one value a body -> that of the body of each cell."""
+    return np.repeat(np.asarray(values), [body.cells.n for body in bodies])
+
+
+def centred(bodies: Sequence[ShellBody]) -> np.ndarray:
+    """(N, 3) reference positions, from the mean of the body's own [m]."""
+    return np.concatenate([body.mesh.points - body.mesh.points.mean(axis=0) for body in bodies])
+
+
+def cell_spacing(mesh: SurfaceMesh) -> np.ndarray:
+    """(M,) mean of the local spacing at the corners [m]; a triangle's first corner counts twice."""
+    corner = np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)
+    return mesh.node_spacing[corner].mean(axis=1)
+
+
+def bounded_shear(
+    bodies: Sequence[ShellBody],
+    spread: Callable[[Sequence[ShellBody], Any], np.ndarray],
+    constants: Sequence[tuple[float, float, float]],
+    spacing: np.ndarray,
+    scale: np.ndarray | float = 1.0,
+) -> np.ndarray:
+    """scale x G_s [N/m], G_s = 5/6 G e / (1 + alpha (D/e)^2), of nodes or cells of that spacing D; constants: e, E, nu of each body."""
+    whole = spread(bodies, [5.0 / 6.0 * young * e / (2.0 * (1.0 + nu)) for e, young, nu in constants])
+    bound = spread(bodies, [body.numerics.formulation.shear_bound for body in bodies])
+    e = spread(bodies, [e for e, _, _ in constants])
+    return scale * whole / (1.0 + bound * (spacing / e) ** 2)
+
+
+def rotary(spacing: np.ndarray, thickness: float, numerics: Numerics) -> np.ndarray:
     """(N,) rotary inertia per mass [m2]: e^2/12, raised so that turning does not rule the step.
 
     galerkin: with the bounded shear the fastest director turns at about sqrt(1 + 1/(alpha + (e/D)^2)) times the
@@ -55,55 +149,72 @@ def rotary(spacing: np.ndarray, thickness: float, numerics) -> np.ndarray:
     return own * (1.0 + (1.2 / alpha - 1.0) / (1.0 + (thickness / spacing) ** 2 / alpha))
 
 
-def node_forces(scene: Scene, mesh: SurfaceMesh, dim: int):
-    """For bodies.nodal.loads: (node numbers, (n, dim) forces, rise) of every NodalForce, shared by node area, and gravity."""
-    for load in scene.forces:
-        i = np.flatnonzero(inside(load.where, mesh.points))
-        share = mesh.node_areas[i] / mesh.node_areas[i].sum()
-        yield i, share[:, None] * np.asarray(load.total)[None, :dim], rise(scene, load.history)
+def _loaded(scene: Scene, bodies: Sequence[ShellBody], key: str) -> Iterator[tuple[ShellBody, Any, np.ndarray]]:
+    """Each load under that key with its body and its nodes, by their numbers in the body."""
+    for body in bodies:
+        for load in scene.loads_of(key, body.name):
+            yield body, load, np.flatnonzero(inside(load.where, body.mesh.points))
+
+
+def node_forces(scene: Scene, bodies: Sequence[ShellBody], dim: int) -> Iterator[tuple]:
+    """For bodies.nodal.loads: (node numbers, (n, dim) forces, history) of every NodalForce, shared by node area, and gravity."""
+    for body, load, i in _loaded(scene, bodies, "forces"):
+        share = body.mesh.node_areas[i] / body.mesh.node_areas[i].sum()
+        yield body.nodes.first + i, share[:, None] * np.asarray(load.total)[None, :dim], curve(scene, load.history)
     if scene.gravity is not None:
-        shell = scene.shells[0]
-        weight = mesh.node_areas * shell.thickness * shell.material.density
-        yield np.arange(len(weight)), weight[:, None] * np.asarray(scene.gravity)[None, :dim], rise(scene, None)
+        for body in bodies:
+            weight = body.mesh.node_areas * body.said.thickness * body.said.material.density
+            numbers = body.nodes.first + np.arange(len(weight))
+            yield numbers, weight[:, None] * np.asarray(scene.gravity)[None, :dim], curve(scene)
 
 
-def node_moments(scene: Scene, mesh: SurfaceMesh):
-    """For bodies.nodal.loads: (node numbers, (n, 3) moments, rise) of every NodalMoment, shared by node area."""
-    for load in scene.moments:
-        i = np.flatnonzero(inside(load.where, mesh.points))
-        share = mesh.node_areas[i] / mesh.node_areas[i].sum()
-        yield i, share[:, None] * np.asarray(load.total)[None, :], rise(scene, load.history)
+def node_moments(scene: Scene, bodies: Sequence[ShellBody]) -> Iterator[tuple]:
+    """For bodies.nodal.loads: (node numbers, (n, 3) moments, history) of every NodalMoment, shared by node area."""
+    for body, load, i in _loaded(scene, bodies, "moments"):
+        share = body.mesh.node_areas[i] / body.mesh.node_areas[i].sum()
+        yield body.nodes.first + i, share[:, None] * np.asarray(load.total)[None, :], curve(scene, load.history)
 
 
-def node_motions(scene: Scene, mesh: SurfaceMesh, dim: int):
-    """For bodies.nodal.loads: (node numbers, mask, velocity, mask, spin, rise) of every PrescribedVelocity."""
-    for motion in scene.motions:
-        i = np.flatnonzero(inside(motion.where, mesh.points))
+def node_motions(scene: Scene, bodies: Sequence[ShellBody], dim: int) -> Iterator[tuple]:
+    """For bodies.nodal.loads: (node numbers, mask, velocity, mask, spin, history) of every PrescribedVelocity."""
+    for body, motion, i in _loaded(scene, bodies, "motions"):
         given, spin = motion.velocity[:dim], motion.spin
         yield (
-            i,
+            body.nodes.first + i,
             [v is not None for v in given],
             [v or 0.0 for v in given],
             [w is not None for w in spin],
             [w or 0.0 for w in spin],
-            rise(scene, motion.history),
+            curve(scene, motion.history),
         )
 
 
-def initial_velocity(scene: Scene, mesh: SurfaceMesh, dim: int) -> np.ndarray:
+def initial_velocity(scene: Scene, bodies: Sequence[ShellBody], dim: int) -> np.ndarray:
     """(N, dim) velocities at t = 0; later entries of the scene overwrite earlier ones."""
-    v = np.zeros((len(mesh.points), dim))
-    for start in scene.initial:
-        i = inside(start.where, mesh.points)
-        shape = np.ones(len(mesh.points))
-        if start.pulse is not None:
-            shape = np.exp(-(((mesh.points[:, 0] - start.pulse.centre) / start.pulse.width) ** 2))
-        v[i] = shape[i, None] * np.asarray(start.velocity)[None, :dim]
+    v = np.zeros((sum(body.nodes.n for body in bodies), dim))
+    for body, start, i in _loaded(scene, bodies, "initial"):
+        v[body.nodes.first + i] = start.at(body.mesh.points[i])[:, :dim]
     return v
 
 
-def rise(scene: Scene, history) -> float:
-    """Time over which a load grows [s]; of a static scene that asks for a step, the whole pseudo-time."""
-    if isinstance(history, Ramp):
-        return history.rise
-    return scene.duration if scene.static is not None else 0.0
+def initial_spin(scene: Scene, bodies: Sequence[ShellBody]) -> np.ndarray:
+    """(N, 3) spins of the directors at t = 0: what of a rotation lies across them, for there is no drilling."""
+    omega = np.zeros((sum(body.nodes.n for body in bodies), 3))
+    for body, start, i in _loaded(scene, bodies, "initial"):
+        normal = body.mesh.node_normals[i]
+        spin = np.broadcast_to((0.0, 0.0, 0.0) if start.rotation is None else start.rotation.spin, normal.shape)
+        omega[body.nodes.first + i] = spin - np.einsum("ni,ni->n", spin, normal)[:, None] * normal
+    return omega
+
+
+def pressed_cells(body: ShellBody, where: Region | None) -> np.ndarray:
+    """Numbers of the cells of a body that a pressure acts on: those whose middle is in the region, by itself all."""
+    mine = np.arange(body.cells.n) if where is None else np.flatnonzero(inside(where, body.mesh.centres))
+    return body.cells.first + mine
+
+
+def curve(scene: Scene, history: Any = None) -> Points:
+    """Points of a load's history, by itself a step; in a static scene a step grows over the whole pseudo-time."""
+    if scene.static is not None and isinstance(history, Step | None):
+        return Ramp(rise=scene.duration).points
+    return (history or Step()).points

@@ -6,20 +6,22 @@
     node force      f_i   = A_i sum_s n^a_s (a_a . grad Phi_s)(X_i)          order-1 MLS from the cells (T 2.27)
     on the director g_i   = A_i sum_s [ m^a_s (a_a . grad Phi_s) - Phi_s q_s ]                          (T 2.28)
 
-Free edges (T 2.2.3.2): the nodes of the border, and those of broken cells (T 2.3.6.1), join their own
-neighbourhood with zero stress. Strain and divergence are not each other's transpose, so energy is not
-conserved by construction: B(%) shows what that costs, and viscosity and filters keep it calm.
+Free edges (T 2.2.3.2): the nodes of the border, and those of broken cells (T 2.3.6.1), join their own neighbourhood with zero stress.
+The divergence is not the transpose of the strain. Therefore the form does not conserve energy by construction: B(%) shows what that
+costs, and viscosity and filters keep the motion calm.
 """
+
+from typing import Any
 
 import numpy as np
 
 from ... import runtime
 from ...geometry.mesh import SurfaceMesh, tangent_frames
+from ...numerics.reduce import Reducer
 from ...pool import Pool
 from ...runtime import ti
-from ..nodal.nodes import Nodes
+from .build import Model, bounded_shear, by_cell, by_node, cell_spacing, centred
 from .links import Links
-from .pool import Cells, MaterialPool
 from .selective import SelectiveShear, node_shears, shear_at, shear_dead, take_shear
 from .stress import resultants
 
@@ -30,13 +32,17 @@ class Collocation(Pool):
 
     look_every = 25  # steps between two looks at the largest frequency while things break: ruptures raise it by half within tens of steps
 
-    def __init__(self, mesh: SurfaceMesh, nodes: Nodes, cells: Cells, material: MaterialPool, settings, suffix: str = ""):
+    def __init__(self, model: Model, suffix: str = ""):
         name = f"collocation{suffix}"
         super().__init__(name)
-        self.nodes, self.cells, self.material = nodes, cells, material
+        mesh, bodies = model.mesh, model.bodies
+        self.bodies = bodies
+        self.nodes, self.cells, self.material = nodes, cells, material = model.nodes, model.cells, model.material
         self.bends = nodes.bends
         local = mesh.node_spacing
-        corner = np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)
+        forms: list[Any] = [body.numerics.formulation for body in bodies]
+        supports, numbers = [form.support for form in forms], np.arange(len(bodies))
+        of_nodes = nodes.body if nodes.several else None
         frames = tangent_frames(mesh.node_normals)
         at_cells = {
             "sources": nodes.X,
@@ -45,13 +51,16 @@ class Collocation(Pool):
             "points": np.repeat(mesh.centres[:, None], 2, axis=1),
             "n_points": np.ones(cells.n),
             "frames": mesh.frames,
-            "h": settings.support * local[corner].mean(axis=1),
+            "h": by_cell(bodies, supports) * cell_spacing(mesh),
+            "source_body": of_nodes,
+            "body": by_cell(bodies, numbers),
         }
         at_nodes = {
             "points": np.repeat(mesh.points[:, None], 2, axis=1),
             "n_points": np.ones(nodes.n),
             "frames": frames,
-            "h": settings.support * local,
+            "h": by_node(bodies, supports) * local,
+            "body": by_node(bodies, numbers),
         }
         self.strains = Links(f"{name}.strains", **at_cells, order=np.ones(cells.n), gradient=True)
         self.divergence = Links(
@@ -59,6 +68,7 @@ class Collocation(Pool):
             sources=cells.centre,
             n_sources=cells.n,
             dead_source=cells.broken,
+            source_body=cells.body if nodes.several else None,
             **at_nodes,
             order=np.ones(nodes.n),
             gradient=True,
@@ -69,10 +79,11 @@ class Collocation(Pool):
             sources=nodes.X,
             n_sources=nodes.n,
             dead_source=nodes.fragment,
+            source_body=of_nodes,
             **at_nodes,
             order=np.zeros(nodes.n),
         )
-        self.links = (self.strains, self.divergence, self.pairs)
+        self.links: tuple[Links, ...] = (self.strains, self.divergence, self.pairs)
         self.area = self.field("area", nodes.n, unit="m2", doc="that a node owns")
         self.n1 = self.field("n1", cells.n, nodes.dim, unit="N/m", doc="n^1 of the cells")
         self.n2 = self.field("n2", cells.n, nodes.dim, unit="N/m", doc="n^2 of the cells")
@@ -91,19 +102,17 @@ class Collocation(Pool):
             self.root = self.field("root", cells.n, 3, doc="r11, r12, r22: makes the tangents of a cell orthonormal")
             runtime.put(self.t1, np.ascontiguousarray(frames[:, 0]))
             runtime.put(self.t2, np.ascontiguousarray(frames[:, 1]))
-            e, young, nu = material.thickness[0], material.young[0], material.poisson[0]
-            D = local[corner].mean(axis=1)
-            bounded = 1.0 + settings.shear_bound * (D / e) ** 2
-            runtime.put(cells.shear, 5.0 / 6.0 * young * e / (2.0 * (1.0 + nu)) / bounded)
-        self.selects = self.bends and settings.selective_shear
+            constants = list(zip(*(material.numbers(key) for key in ("thickness", "young", "poisson"))))
+            runtime.put(cells.shear, bounded_shear(bodies, by_cell, constants, cell_spacing(mesh)))
+        self.selects = self.bends and forms[0].selective_shear
         if self.selects:
-            self.shear = SelectiveShear(mesh, nodes, cells, material, at_nodes, self.divergence.own, f"selective{suffix}")
+            self.shear = SelectiveShear(model, at_nodes, self.divergence.own, f"selective{suffix}")
             self.links += self.shear.links
         for links in self.links:
             links.renew_all()
         self._reference(mesh)
         if self.selects:
-            self.shear.begin(mesh)
+            self.shear.begin()
 
     def _reference(self, mesh: SurfaceMesh) -> None:
         """Tangents and directors of the reference, by the operator itself: a rigid motion then strains nothing."""
@@ -113,7 +122,7 @@ class Collocation(Pool):
             runtime.put(self.cells.a1, np.ascontiguousarray(mesh.frames[:, 0, :dim]))
             runtime.put(self.cells.a2, np.ascontiguousarray(mesh.frames[:, 1, :dim]))
             return
-        raw = self._gradients(mesh.points - mesh.points.mean(axis=0))
+        raw = self._gradients(centred(self.bodies))
         values, vectors = np.linalg.eigh(np.einsum("mai,mbi->mab", raw, raw))
         root = np.einsum("mak,mk,mbk->mab", vectors, values**-0.5, vectors)
         tangents = np.einsum("mab,mbi->mai", root, raw)
@@ -150,15 +159,15 @@ class Collocation(Pool):
         if links is self.strains:
             _stresses_touched(self, n_touched)
 
-    def stored(self, reducer) -> float:
+    def stored(self, reducer: Reducer) -> float:
         """Nothing beside the cells stores energy."""
         return 0.0
 
-    def lost(self, reducer) -> float:
+    def lost(self, reducer: Reducer) -> float:
         """Nothing beside the cells is damaged."""
         return 0.0
 
-    def dissipated(self, reducer) -> float:
+    def dissipated(self, reducer: Reducer) -> float:
         """Nothing beside the cells yields."""
         return 0.0
 

@@ -2,12 +2,14 @@
 
     f_i = -m_i omega (v_i - sum_j Phi_ij v_j)        Phi: order-0 MLS (Shepard) over the visible neighbours
 
-The thesis takes a share eta = 1 % of the difference in every step of 0.15 D/c; as a rate, omega = eta c / (0.15 D),
-what it takes per unit of time does not depend on the step. Only the nodes of broken cells are filtered.
+The thesis takes a share eta = 1 % of the difference in every step of 0.15 D/c. As a rate, omega = eta c / (0.15 D), the filter takes the
+same per unit of time whatever the step. Only the nodes of broken cells are filtered.
 """
 
+from collections.abc import Sequence
+
 from ...runtime import ti
-from ..nodal.nodes import Nodes
+from ..nodal.nodes import Nodes, body_of
 from .damper import Damper
 from .links import Links
 from .pool import Cells
@@ -21,17 +23,18 @@ class EdgeFilter(Damper):
 
     entry = "filter"
 
-    def __init__(self, nodes: Nodes, cells: Cells, pairs: Links, rate: float, name: str = "filter"):
+    def __init__(self, nodes: Nodes, cells: Cells, pairs: Links, rates: Sequence[float], name: str = "filter"):
         super().__init__(name, nodes)
-        self.cells, self.pairs, self.rate = cells, pairs, rate
+        self.cells, self.pairs = cells, pairs
+        self.rate = self.number("rate", rates, unit="1/s", doc="omega")
 
     def add(self, dt: float) -> None:
         """Add the forces; book what they take over dt."""
-        _add(self, self.nodes.n, dt, self.rate)
+        _add(self, self.nodes.n, dt)
 
 
 @ti.kernel
-def _add(term: ti.template(), n: ti.i32, dt: float, rate: float):
+def _add(term: ti.template(), n: ti.i32, dt: float):
     for i in range(n):
         on_edge = 0
         for m in range(term.cells.start_of_node[i], term.cells.start_of_node[i + 1]):
@@ -41,6 +44,6 @@ def _add(term: ti.template(), n: ti.i32, dt: float, rate: float):
             rest = v
             for k in range(term.pairs.start[i], term.pairs.start[i + 1]):
                 rest -= term.pairs.coef[k] * term.nodes.v[term.pairs.source[k]]
-            force = -term.nodes.mass[i] * rate * rest
+            force = -term.nodes.mass[i] * term.rate[body_of(term.nodes, i)] * rest
             term.nodes.force[i] += force
             term.work[i] -= dt * force.dot(v)

@@ -8,39 +8,42 @@
                             on the director -A sum_s (g_ea m^a + w_e q)
     node force      f_i   = sum_e Phi_ei f_e
 
-Neighbouring cells share their edge means, so the internal forces of a constant stress cancel to rounding
-wherever the nodes are (patch test), forces and moments sum to zero, and free edges are natural.
+Neighbouring cells share their edge means. Therefore the internal forces of a constant stress cancel to rounding wherever the nodes
+are (patch test), forces and moments sum to zero, and free edges are natural.
 
-What the cells cannot see is held by one residual per node, against its own order-2 fit in its tangent plane:
+**Residuals.** The cells do not see all modes of the nodes. A residual at each node holds the rest: the distance of the node from its
+own order-2 fit in its tangent plane,
 
     r_i = u_i - sum_j Phi_j u_j - c_i d_i,    energy 1/2 (k_t |r|^2 + (k_n - k_t) (r . n)^2),
-    k_t = gamma E e/(1-nu^2) A_i/D_i^2,  k_n = gamma G_s A_i/D_i^2,  both times (1 - D_r) around i
+    k_t = gamma E e/(1-nu^2) A_i/D_i^2,  k_n = gamma G_s A_i/D_i^2,  both times (1 - D_r) around i.
 
-and the same for d with the bending stiffness. c_i is what the fit leaves of the reference surface itself (along
-N_i; zero where flat): it turns with the director, so a rigid motion feels nothing. Of the directors it may leave a
-part t_i across N_i as well, near a corner between two walls; that one is written as a sum of nodes, t_i = sum_j b_ij
-X_j, and turns with them: - sum_j b_ij u_j. Quadratic fields feel nothing either. Edges and residuals are rows of one sparse operator:
-the step gathers twice and never scatters.
+The director d has a residual of the same form, with the bending stiffness. The fit does not meet a curved reference surface: c_i is
+the part of the surface along N_i that the fit misses, and is zero where the surface is flat. The term c_i d_i turns with the director,
+so a rigid motion has no residual. Near a corner between two walls the fit of the directors also misses a part t_i across N_i. This part
+is written as a sum over nodes, t_i = sum_j b_ij X_j, and turns with the nodes: the residual of the director loses sum_j b_ij u_j.
+Quadratic fields have no residual either. Edges and residuals are rows of one sparse operator: a step gathers twice and never scatters.
 
-Around a metal the residual yields too: with q^2 = 2 x energy, force and energy are those of q = |r|_k - rho, 0 <= q <= q_y,
-where the slip rho grows while q stays at q_y = sqrt(k_t) D sigma_y (1 - nu^2) / E, the pull of a residual of one yield
-strain over one spacing, and follows |r|_k down when r shrinks. Elastic, it would store far more than the cells do wherever
-they have flowed. The force stays along r, so momenta are kept, and q_y d rho is booked as plastic.
+**Slip.** Around a metal the residual yields too. With q^2 = 2 x energy, force and energy are those of q = |r|_k - rho, 0 <= q <= q_y.
+The slip rho grows while q stays at q_y = sqrt(k_t) D sigma_y (1 - nu^2) / E, the pull of a residual of one yield strain over one
+spacing; rho follows |r|_k down when r shrinks. An elastic residual would store far more than the cells do wherever they have flowed.
+The force stays along r, so momenta are kept. The work q_y d rho is booked as plastic.
 
-Transverse shear is bounded in thin shells, G_s = k G e / (1 + alpha (D/e)^2) with k = 5/6: the error is O(D^2),
-of the order of the discretisation itself, and nothing changes where e > D (docs/method.md).
+**Shear.** The transverse shear of a thin shell is bounded, G_s = k G e / (1 + alpha (D/e)^2) with k = 5/6. The error is O(D^2), of the
+order of the discretisation itself, and nothing changes where e > D (docs/method.md).
 """
+
+from typing import Any
 
 import numpy as np
 
 from ... import runtime
 from ...geometry.mesh import SurfaceMesh, tangent_frames
+from ...numerics.reduce import Reducer
 from ...pool import Pool
 from ...runtime import ti
-from ..nodal.nodes import Nodes
+from .build import Model, bounded_shear, by_cell, by_node, cell_spacing
 from .galerkin_reference import references, references_touched, shares, sides, turns, turns_touched
 from .links import Links
-from .pool import Cells, MaterialPool
 from .stress import resultants
 
 GAUSS = 0.5 / np.sqrt(3.0)
@@ -53,10 +56,11 @@ class Galerkin(Pool):
 
     look_every = 100  # steps between two looks at the largest frequency while things break: ruptures barely raise it
 
-    def __init__(self, mesh: SurfaceMesh, nodes: Nodes, cells: Cells, material: MaterialPool, settings, suffix: str = ""):
+    def __init__(self, model: Model, suffix: str = ""):
         name = f"galerkin{suffix}"
         super().__init__(name)
-        self.nodes, self.cells, self.material = nodes, cells, material
+        mesh, bodies = model.mesh, model.bodies
+        self.nodes, self.cells, self.material = nodes, cells, material = model.nodes, model.cells, model.material
         self.bends = nodes.bends
         edges = mesh.edges
         self.n_edges = len(edges.nodes)
@@ -67,6 +71,10 @@ class Galerkin(Pool):
         n = nodes.n
         local = mesh.node_spacing
         spacing = np.concatenate([0.5 * (local[edges.nodes[:, 0]] + local[edges.nodes[:, 1]]), local])
+        forms: list[Any] = [body.numerics.formulation for body in bodies]
+        support = by_node(bodies, [form.support for form in forms])
+        body_of_row = by_node(bodies, np.arange(len(bodies)))
+        first_ends = edges.nodes[:, 0]
         self.rows = Links(
             f"{name}.rows",
             sources=nodes.X,
@@ -75,10 +83,12 @@ class Galerkin(Pool):
             points=points,
             n_points=np.r_[np.full(self.n_edges, 2), np.full(n, 1)],
             frames=tangent_frames(normals / np.linalg.norm(normals, axis=1)[:, None]),
-            h=settings.support * spacing,
+            h=np.concatenate([support[first_ends], support]) * spacing,
             order=np.full(self.n_edges + n, 2),
             residual_of=np.r_[np.full(self.n_edges, -1), np.arange(n)],
             transposed=True,
+            source_body=nodes.body if nodes.several else None,
+            body=np.concatenate([body_of_row[first_ends], body_of_row]),
         )
         self.links = (self.rows,)
         self.edge_u = self.field("edge_u", self.n_edges, nodes.dim, unit="m", doc="mean displacement of an edge")
@@ -89,16 +99,17 @@ class Galerkin(Pool):
         self.integrity = self.field("integrity", n, doc="1 - D_r around the node", keeps=True)
         self.residual = self.field("residual", n, unit="J", doc="energy of the residuals", keeps=True)
         self.residual_lost = self.field("residual_lost", n, unit="J", doc="taken from the residuals by damage", keeps=True)
-        e, young, nu = material.thickness[0], material.young[0], material.poisson[0]
-        membrane = young * e / (1.0 - nu**2)
-        scale = settings.stabilisation * mesh.node_areas / local**2
+        constants = list(zip(*(material.numbers(key) for key in ("thickness", "young", "poisson"))))
+        membrane = by_node(bodies, [young * e / (1.0 - nu**2) for e, young, nu in constants])
+        scale = by_node(bodies, [form.stabilisation for form in forms]) * mesh.node_areas / local**2
         runtime.put(self.stiffness, membrane * scale)
         runtime.put(self.integrity, np.ones(n))
         if material.yields:
             self.slip = self.field("slip", n, 4, doc="sqrt(J) for u and for d: q now, and the slip rho", keeps=True)
             self.slipped = self.field("slipped", n, dtype="f64", unit="J", doc="taken from the residuals by slip", keeps=True)
             self.reach = self.field("reach", n, doc="sqrt(J)/Pa, q_y over sigma_y")
-            runtime.put(self.reach, np.sqrt(membrane * scale) * local * (1.0 - nu**2) / young)
+            across = by_node(bodies, [1.0 - nu**2 for _, _, nu in constants])
+            runtime.put(self.reach, np.sqrt(membrane * scale) * local * across / by_node(bodies, [young for _, young, _ in constants]))
         if self.bends:
             self.edge_d = self.field("edge_d", self.n_edges, 3, doc="mean director change of an edge")
             self.row_couple = self.field("row_couple", self.n_edges + n, 3, unit="N m", doc="as row_force, on directors")
@@ -112,12 +123,9 @@ class Galerkin(Pool):
             self.across = self.field("across", n, dtype="f64", doc="|t_i|")
             self.side0 = self.field("side0", 4 * cells.n, 2, unit="1/m", doc="g before it is made orthonormal")
             self.area0 = self.field("area0", cells.n, unit="m2", doc="area before the tangents are made orthonormal")
-            kGe = 5.0 / 6.0 * young * e / (2.0 * (1.0 + nu))
-            bound = settings.shear_bound
-            corner = np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)
-            runtime.put(cells.shear, kGe / (1.0 + bound * (local[corner].mean(axis=1) / e) ** 2))
-            runtime.put(self.stiffness_n, scale * kGe / (1.0 + bound * (local / e) ** 2))
-            runtime.put(self.stiffness_d, scale * membrane * e**2 / 12.0)
+            runtime.put(cells.shear, bounded_shear(bodies, by_cell, constants, cell_spacing(mesh)))
+            runtime.put(self.stiffness_n, bounded_shear(bodies, by_node, constants, local, scale))
+            runtime.put(self.stiffness_d, scale * membrane * by_node(bodies, [e**2 for e, _, _ in constants]) / 12.0)
         self.rows.renew_all()
         self._reference(mesh)
 
@@ -167,15 +175,15 @@ class Galerkin(Pool):
         _break_blind(self.rows, self.cells, self.n_edges, n_touched)
         _cell_forces_touched(self, n_touched, self.n_edges)
 
-    def stored(self, reducer) -> float:
+    def stored(self, reducer: Reducer) -> float:
         """Energy in the residuals [J]."""
         return reducer.total(self.residual, self.nodes.n)
 
-    def lost(self, reducer) -> float:
+    def lost(self, reducer: Reducer) -> float:
         """What damage took from the residuals [J]."""
         return reducer.total(self.residual_lost, self.nodes.n) if self.material.damages else 0.0
 
-    def dissipated(self, reducer) -> float:
+    def dissipated(self, reducer: Reducer) -> float:
         """What plastic flow took from the residuals [J]."""
         return reducer.total(self.slipped, self.nodes.n) if self.material.yields else 0.0
 

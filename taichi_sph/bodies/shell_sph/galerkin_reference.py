@@ -1,7 +1,7 @@
-"""Reference of the galerkin form: side coefficients, tangents, areas and directors of the cells, and what the
-residuals of the nodes leave of the surface; all by the operator itself, so that a rigid motion strains nothing.
+"""Reference of the galerkin form: side coefficients, tangents, areas and directors of the cells, and what the fits of the nodes miss of
+the surface. The operator itself makes all of them, so a rigid motion strains nothing.
 
-Made at the start, and again where a rupture has renewed the rows (galerkin.Galerkin.restrain).
+They are made at the start, and again where a rupture has renewed the rows (galerkin.Galerkin.restrain).
 """
 
 import numpy as np

@@ -1,22 +1,23 @@
 """Frozen neighbourhoods with MLS coefficients: rows (where something is evaluated) x sources (what is summed).
 
-A row is evaluated at one or two points of the reference surface (two: the Gauss points of an edge, whose
-mean is kept). Its coefficients are
+A row is evaluated at one or two points of the reference surface. Two points are the Gauss points of an edge, and the row keeps their
+mean. A row sums sources of its own body alone. Its coefficients are
 
     "value"     mean of Phi_j                        edge means of the galerkin form
-    "residual"  delta_ij - Phi_j at node i           what stabilises it
+    "residual"  delta_ij - Phi_j at node i           what stabilises the galerkin form
     "gradient"  (Phi_j,1, Phi_j,2)                   the collocation form; with `values` Phi_j as the third
 
-The pattern never grows after t = 0: rupture cuts links (bit by bit, one bit per evaluation point) and the
-MLS of the touched rows is made anew (T 2.3.6.4). The transposed list lets each source gather what its rows
-send back, in a fixed order and without atomics.
+The pattern never grows after t = 0. A rupture cuts links, bit by bit, one bit per evaluation point, and the MLS of the touched rows is
+made anew (T 2.3.6.4). The transposed list lets each source gather what the rows send back, in a fixed order and without atomics.
 """
+
+from typing import Any
 
 import numpy as np
 
 from ... import runtime
 from ...numerics import mls
-from ...numerics.cells import CellGrid, bucket, cube
+from ...numerics.cells import CUBES, CellGrid, beside, cube, group, running
 from ...numerics.kernel import b3, b3_slope
 from ...numerics.visibility import along, crosses
 from ...pool import Pool
@@ -32,9 +33,9 @@ class Links(Pool):
         self,
         name: str,
         *,
-        sources,  # field (S, 3) f64: reference positions of the sources
+        sources: Any,  # field (S, 3) f64: reference positions of the sources
         n_sources: int,
-        dead_source,  # field (S,) i32: 1 = takes part in nothing any more
+        dead_source: Any,  # field (S,) i32: 1 = takes part in nothing any more
         points: np.ndarray,  # (R, 2, 3) evaluation points; the second repeats the first where there is one
         n_points: np.ndarray,  # (R,) 1 or 2
         frames: np.ndarray,  # (R, 3, 3) rows t1, t2, n
@@ -43,8 +44,10 @@ class Links(Pool):
         residual_of: np.ndarray | None = None,  # (R,) source whose residual this row is, or -1
         gradient: bool = False,
         values: bool = False,
-        weight=None,  # field (S,): factor on the kernel weight of each source; None: 1
+        weight: Any = None,  # field (S,): factor on the kernel weight of each source; None: 1
         transposed: bool = False,
+        source_body: Any = None,  # field (S,) i32: number of the body of a source; None: there is one body
+        body: np.ndarray | None = None,  # (R,) that of a row
     ):
         super().__init__(name)
         self.n = len(points)
@@ -55,6 +58,10 @@ class Links(Pool):
         self.weighs = weight is not None
         self.weight = weight
         self.transposed = transposed
+        self.several = source_body is not None
+        self.source_body = source_body
+        if body is not None and self.several:
+            self.body = self._ints("body", body, "number of the body of the row")
         n = self.n
         self.at = self.field("at", 2 * n, 3, "f64", unit="m", doc="evaluation points, two a row")
         runtime.put(self.at, np.ascontiguousarray(points.reshape(-1, 3)))
@@ -87,9 +94,9 @@ class Links(Pool):
             self.slot = self.field("slot", pairs, dtype="i32", doc="place of a pair among the transposed ones")
         _fill(self, grid, n, grid.table, 1.0 / grid.reach)
         if transposed:
-            _transpose(self, n, n_sources)
+            _turn_round(self, n, n_sources)
 
-    def _ints(self, name: str, values: np.ndarray, doc: str, keeps: bool = False):
+    def _ints(self, name: str, values: np.ndarray, doc: str, keeps: bool = False) -> Any:
         field = self.field(name, len(values), dtype="i32", doc=doc, keeps=keeps)
         runtime.put(field, np.asarray(values, np.int32))
         return field
@@ -98,7 +105,7 @@ class Links(Pool):
         """MLS of every row."""
         _renew(self, 0, self.n)
 
-    def cut_through(self, cells, new_cells, n_new: int) -> int:
+    def cut_through(self, cells: Any, new_cells: Any, n_new: int) -> int:
         """Cut what newly broken cells hide, and what leads to dead sources; returns the rows touched."""
         self.n_touched[0] = 0
         _cut(self, cells, self.n, new_cells, n_new)
@@ -124,12 +131,15 @@ class Links(Pool):
 
 @ti.func
 def _near(links: ti.template(), r, j):
-    """1 when source j lies in the support of one of the evaluation points of row r."""
+    """1 when source j is of the body of row r and lies in the support of one of its evaluation points."""
     reach = 2.0 * links.h[r]
     result = 0
     for g in range(links.n_points[r]):
         if (links.sources[j] - links.at[2 * r + g]).norm() < reach:
             result = 1
+    if ti.static(links.several):
+        if links.source_body[j] != links.body[r]:
+            result = 0
     return result
 
 
@@ -137,12 +147,10 @@ def _near(links: ti.template(), r, j):
 def _visit(links: ti.template(), grid: ti.template(), r, table, inverse_reach, write: ti.template()):
     """Neighbours of row r in a fixed order: counts them, and writes them from start[r] on where asked."""
     middle = 0.5 * (links.at[2 * r] + links.at[2 * r + 1])
-    home = cube(middle, inverse_reach)
     count = 0
-    for a, b, c in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
-        there = home + ti.Vector([a, b, c])
-        place = bucket(there, table)
-        for m in range(grid.start[place], grid.start[place + 1]):
+    for k in range(CUBES):
+        there, first, last = beside(grid, middle, k, inverse_reach, table)
+        for m in range(first, last):
             j = grid.sorted[m]
             if all(cube(links.sources[j], inverse_reach) == there):
                 if _near(links, r, j):
@@ -158,25 +166,27 @@ def _count_rows(links: ti.template(), grid: ti.template(), n: ti.i32, table: ti.
         links.start[r + 1] = _visit(links, grid, r, table, inverse_reach, False)
 
 
-@ti.kernel
-def _sum_counts(links: ti.template(), n: ti.i32) -> ti.i32:
-    ti.loop_config(serialize=True)
-    for _ in range(1):
-        links.start[0] = 0
-        for r in range(n):
-            links.start[r + 1] += links.start[r]
-    return links.start[n]
-
-
 def _count(links: Links, grid: CellGrid, n: int, table: int, inverse_reach: float) -> int:
     _count_rows(links, grid, n, table, inverse_reach)
-    return _sum_counts(links, n)
+    return running(links.start, n)
 
 
 @ti.kernel
 def _fill(links: ti.template(), grid: ti.template(), n: ti.i32, table: ti.i32, inverse_reach: ti.f64):
     for r in range(n):
         _visit(links, grid, r, table, inverse_reach, True)
+
+
+def _turn_round(links: Links, n: int, n_sources: int) -> None:
+    """The entries of each source, in the order of the rows."""
+    if runtime.one_by_one():
+        _transpose(links, n, n_sources)
+        return
+    start = runtime.get(links.start, n + 1)
+    group(links.source, links.t_start, links.t_row, int(start[n]), n_sources)
+    entry = runtime.get(links.t_row, int(start[n]))
+    runtime.put(links.t_row, np.repeat(np.arange(n, dtype=np.int32), np.diff(start))[entry])
+    runtime.put(links.slot, np.argsort(entry).astype(np.int32))
 
 
 @ti.kernel
@@ -352,7 +362,11 @@ def _cut(links: ti.template(), cells: ti.template(), n: ti.i32, new_cells: ti.te
             s = new_cells[m]
             middle = 0.5 * (links.at[2 * r] + links.at[2 * r + 1])
             reach = 2.0 * links.h[r] + cells.radius[s] + 0.5 * (links.at[2 * r] - links.at[2 * r + 1]).norm()
-            if (middle - cells.centre[s]).norm() < 1.001 * reach:
+            mine = 1
+            if ti.static(links.several):
+                if cells.body[s] != links.body[r]:
+                    mine = 0
+            if mine == 1 and (middle - cells.centre[s]).norm() < 1.001 * reach:
                 for k in range(links.start[r], links.start[r + 1]):
                     before = links.cut[k]
                     if links.dead_source[links.source[k]] == 1:

@@ -1,9 +1,7 @@
-"""The pools: what exists during a run, one data-only class per kind. Shapes and units beside each field.
+"""The pools of shells: stress points and constants of the materials. Every field says its unit and meaning."""
 
-`dim` is the number of displacement components: 2 for a shell that stays in its plane, 3 for one that bends
-(`bends`), which also has a director at each node. Both are constants of the run, so the same kernels serve both
-and a flat scene allocates and compiles nothing of bending.
-"""
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,6 +11,7 @@ from ...geometry.mesh import SurfaceMesh
 from ...laws.necking import rupture_strain
 from ...pool import Pool
 from ...runtime import ti
+from ...scene.materials import Material
 from ..nodal.nodes import Nodes
 
 
@@ -24,10 +23,23 @@ class Cells(Pool):
     rigid motion strains nothing, to rounding.
     """
 
-    def __init__(self, mesh: SurfaceMesh, nodes: Nodes, material: "MaterialPool", sound: np.ndarray | None = None, name: str = "cells"):
-        """sound (M,) bool: cells that are never damaged; None where there is none."""
+    def __init__(
+        self,
+        mesh: SurfaceMesh,
+        nodes: Nodes,
+        material: "MaterialPool",
+        sound: np.ndarray | None = None,
+        body: np.ndarray | None = None,
+        name: str = "cells",
+    ):
+        """sound (M,) bool: cells that are never damaged; None where there is none. body (M,): number of the body; None where there
+        is one."""
         super().__init__(name)
         self.n = n = len(mesh.cells)
+        self.several = nodes.several
+        body = np.zeros(n, np.int32) if body is None else body.astype(np.int32)
+        self.body = self.field("body", n, dtype="i32", doc="number of its body in the group")
+        runtime.put(self.body, body)
         self.nodes_X = nodes.X
         self.n_corners = self.field("n_corners", n, dtype="i32", doc="number of corners, 3 or 4")
         self.corner = self.field("corner", n, 4, "i32", doc="node numbers, -1 where there is none")
@@ -59,11 +71,11 @@ class Cells(Pool):
             self.shear = self.field("shear", n, unit="N/m", doc="G_s: transverse shear stiffness")
         self.lost = self.field("lost", n, dtype="f64", unit="J", doc="taken by damage so far: a sum of many small parts", keeps=True)
         self.spares = sound is not None
-        if self.spares:
+        if sound is not None:
             self.sound = self.field("sound", n, dtype="i32", doc="1: never damaged")
             runtime.put(self.sound, sound.astype(np.int32))
         if material.yields:
-            self._metal(material, nodes.bends)
+            self._metal(material, nodes.bends, body)
         self.new = self.field("new", n, dtype="i32", doc="cells that break in this step")
         self.n_new = self.field("n_new", 1, dtype="i32", doc="how many they are")
         self.start_of_node = self.field("start_of_node", nodes.n + 1, dtype="i32", doc="where the cells of a node begin in of_node")
@@ -86,26 +98,27 @@ class Cells(Pool):
         runtime.put(self.of_node, cell[order].astype(np.int32))
         runtime.put(self.start_of_node, np.r_[0, np.cumsum(np.bincount(node, minlength=nodes.n))].astype(np.int32))
 
-    def _metal(self, material: "MaterialPool", bends: bool) -> None:
+    def _metal(self, material: "MaterialPool", bends: bool, body: np.ndarray) -> None:
         """History of a metal (bodies/shell_sph/metal.py); of a bent shell in layers, at every layer as well."""
+        first = material.first[body]
         n = self.n
         size = 8 if bends else 3
         self.stress = self.field("stress", n, size, unit="Pa", doc="m, b, s: effective, or summed over layers", keeps=True)
         self.plastic = self.field("plastic", n, doc="p, cumulated plastic strain", keeps=True, shown="plastic")
         self.flow = self.field("flow", n, unit="Pa", doc="yield stress now, at rates that do not count", keeps=True)
         self.dissipated = self.field("dissipated", n, dtype="f64", unit="J", doc="taken by plastic flow so far", keeps=True)
-        runtime.put(self.flow, np.full(n, material.first))
+        runtime.put(self.flow, first)
         self.limit = self.flow  # Pa, yield stress at the rate of the last yielding; mean over the layers
         if material.rated:
             self.limit = self.field("limit", n, unit="Pa", doc="yield stress at the rate of the last yielding", keeps=True)
-            runtime.put(self.limit, np.full(n, material.first))
+            runtime.put(self.limit, first)
         if material.layers:
             layers = n * material.layers
             self.layer_stress = self.field("layer_stress", layers, 3, unit="Pa", doc="effective stress of a layer", keeps=True)
             self.layer = self.field("layer", layers, 7, doc="p, lambda, flow [Pa], rate [1/s], D, D_r, limit [Pa] of a layer", keeps=True)
             self.shear_stress = self.field("shear_stress", n, 2, unit="Pa", doc="effective transverse shear stress", keeps=True)
             start = np.zeros((layers, 7))
-            start[:, [2, 6]] = material.first
+            start[:, [2, 6]] = np.repeat(first, material.layers)[:, None]
             runtime.put(self.layer, start)
         else:
             if material.damages:
@@ -149,81 +162,109 @@ CONSTANTS = {  # of a material: unit and meaning
 }
 
 
+class Section(NamedTuple):
+    """What a body is made of: its material, thickness [m], and the width [m] of its cells, which a neck is spread over."""
+
+    material: Material
+    thickness: float
+    width: float = 0.0
+
+
 @ti.data_oriented
 class MaterialPool(Pool):
-    """Constants of the material, as fields so that changing a number recompiles nothing.
+    """Constants of the materials, one row a body, as fields so that changing a number recompiles nothing.
 
     Which laws there are (`yields`, `damages`, `delays`, `breaks`; `remembers`: any history) is a constant of the run: what
-    a scene does not ask for is not compiled.
+    a scene does not ask for is not compiled. All bodies of a pool have the same laws (build.laws).
     """
 
-    def __init__(self, material, thickness: float, bends: bool, width: float = 0.0, name: str = "material"):
-        """material: scene.Material; thickness [m]; width [m] of the cells, which a neck is spread over."""
+    def __init__(self, sections: Sequence[Section], bends: bool, name: str = "material"):
         super().__init__(name)
-        self.bends = bends
-        self.yields = material.strength is not None
-        self.damages = material.damage is not None
-        self.delays = material.delay is not None
+        self.sections, self.bends = sections, bends
+        one = sections[0].material
+        self.yields = one.strength is not None
+        self.damages = one.damage is not None
+        self.delays = one.delay is not None
         self.remembers = self.yields or self.damages
-        self.breaks = material.critical_damage is not None
-        values = {"young": material.young, "poisson": material.poisson, "thickness": thickness}
+        self.breaks = one.critical_damage is not None
+        rows = [self._constants(section) for section in sections]
+        for key in rows[0]:
+            unit, doc = CONSTANTS[key]
+            field = self.field(key, len(rows), unit=unit, doc=doc)
+            for b, row in enumerate(rows):
+                field[b] = row[key]
+            setattr(self, key, field)
+        if self.yields:
+            self._strengths([section.material.strength for section in sections])
+
+    def numbers(self, key: str) -> list[float]:
+        """A constant of each body, as the kernels read it."""
+        return runtime.get(getattr(self, key), len(self.sections)).astype(np.float64).tolist()
+
+    def _constants(self, section: Section) -> dict[str, float]:
+        material, thickness, width = section
+        damage: Any = material.damage
+        values: dict[str, Any] = {"young": material.young, "poisson": material.poisson, "thickness": thickness}
         if self.damages and not self.yields:
-            values |= {"threshold": material.damage.threshold, "A": material.damage.A, "B": material.damage.B}
+            values |= {"threshold": damage.threshold, "A": damage.A, "B": damage.B}
         if self.damages and self.yields:
             values |= {
-                "eps_d": material.damage.threshold,
+                "eps_d": damage.threshold,
                 "eps_r": _rupture(material, width, thickness),
-                "D_c": material.damage.critical,
+                "D_c": damage.critical,
             }
-        if self.delays:
+        if material.delay is not None:
             values |= {"a": material.delay.a, "tau_c": material.delay.tau_c}
         if self.breaks:
             values |= {"critical": material.critical_damage}
         if self.yields:
-            values |= self._strength(material.strength)
-        for key, value in values.items():
-            unit, doc = CONSTANTS[key]
-            field = self.field(key, 1, unit=unit, doc=doc)
-            field[0] = value
-            setattr(self, key, field)
+            values |= _strength(material.strength)
+        return values
 
-    def _strength(self, strength) -> dict[str, float]:
-        """The numbers of a strength; `first` [Pa] is its yield stress before any plastic strain."""
-        self.tabulated = strength.kind == "table"
-        self.rated = strength.kind == "johnson_cook"
-        self.layers = strength.layers or 0
+    def _strengths(self, strengths: Sequence[Any]) -> None:
+        """What strengths have beside numbers; `first` (B,) [Pa] is the yield stress before any plastic strain."""
+        one = strengths[0]
+        self.tabulated = one.kind == "table"
+        self.rated = one.kind == "johnson_cook"
+        self.layers = one.layers or 0
         self.exact = runtime.current().real == ti.f64
-        values = {"alpha": strength.alpha, "kappa": strength.kappa}
+        self.first = np.array([_strength(strength)["yield_stress"] for strength in strengths])
         if self.tabulated:
-            self.points = self.field("points", len(strength.points), 2, doc="plastic strain, yield stress [Pa]")
-            self.n_points = self.field("n_points", 1, dtype="i32", doc="entries of points")
-            runtime.put(self.points, np.array(strength.points))
-            self.n_points[0] = len(strength.points)
-            self.first = strength.points[0][1]
-        elif strength.kind == "perfect":
-            self.first = strength.yield_stress
-            values |= {"hardening": 0.0, "exponent": 1.0}
-        else:
-            self.first = strength.A
-            values |= {"hardening": strength.B, "exponent": strength.n}
-        values["yield_stress"] = self.first
-        if self.rated:
-            values |= {"C": strength.C, "rate0": strength.rate0}
+            counts = [len(strength.points) for strength in strengths]
+            self.points = self.field("points", sum(counts), 2, doc="plastic strain, yield stress [Pa]")
+            self.first_point = self.field("first_point", len(counts), dtype="i32", doc="where the points of a body begin")
+            self.n_points = self.field("n_points", len(counts), dtype="i32", doc="how many points a body has")
+            runtime.put(self.points, np.concatenate([np.array(strength.points) for strength in strengths]))
+            runtime.put(self.first_point, np.cumsum([0, *counts[:-1]]).astype(np.int32))
+            runtime.put(self.n_points, np.array(counts, np.int32))
         if self.layers:
             zeta, weight = np.polynomial.legendre.leggauss(self.layers)
             self.zeta = self.field("zeta", self.layers, doc="place of a layer in the thickness, -1 to 1")
             self.weight = self.field("weight", self.layers, doc="share of a layer in the thickness")
             runtime.put(self.zeta, zeta)
             runtime.put(self.weight, 0.5 * weight)
-        return values
 
 
-def _rupture(material, width: float, thickness: float) -> float:
+def _strength(strength: Any) -> dict[str, float]:
+    """The numbers of a strength."""
+    values = {"alpha": strength.alpha, "kappa": strength.kappa}
+    if strength.kind == "table":
+        return values | {"yield_stress": strength.points[0][1]}
+    if strength.kind == "perfect":
+        return values | {"hardening": 0.0, "exponent": 1.0, "yield_stress": strength.yield_stress}
+    values |= {"hardening": strength.B, "exponent": strength.n, "yield_stress": strength.A}
+    if strength.kind == "johnson_cook":
+        values |= {"C": strength.C, "rate0": strength.rate0}
+    return values
+
+
+def _rupture(material: Material, width: float, thickness: float) -> float:
     """Plastic strain of a cell at which its ductile damage is complete."""
     rupture = rupture_strain(material, width, thickness)
-    if rupture <= material.damage.threshold:
+    damage: Any = material.damage
+    if rupture <= damage.threshold:
         raise SceneError(
             f"material '{material.name}': a cell of {1e3 * width:.3g} mm in a sheet of {1e3 * thickness:.3g} mm breaks at a mean strain of"
-            f" {rupture:.3g}, before its damage starts at {material.damage.threshold:g}; lower the spacing, or set damage.necks to false"
+            f" {rupture:.3g}, before its damage starts at {damage.threshold:g}; lower the spacing, or set damage.necks to false"
         )
     return rupture

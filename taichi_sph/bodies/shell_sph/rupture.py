@@ -1,14 +1,14 @@
-"""Rupture as a strong discontinuity (T 2.3.5, 2.3.6), event by event; a step without one reads a counter.
+"""Rupture as a strong discontinuity (T 2.3.5, 2.3.6), event by event. A step without a rupture reads one counter.
 
 A cell whose D_r reaches D_c breaks. Then, until nothing new breaks:
 
-1. the cell carries no stress any more; a node without a live cell becomes a fragment (T 2.3.6.3): it keeps
-   its mass and velocity and leaves every neighbourhood;
+1. the cell carries no stress any more; a node without a live cell becomes a fragment (T 2.3.6.3): it keeps its mass and velocity and
+   leaves every neighbourhood;
 2. links that cross a broken cell are cut (T 2.3.6.2) and the MLS of the touched rows is renewed (T 2.3.6.4);
 3. a row that sees nothing any more breaks the cells that need it.
 
-What the elastic energy loses in the event (the broken cell's rest, and the change of its neighbours'
-strain, whose nodes now see one lip only) is booked as "released".
+The elastic energy that an event takes is booked as "released": the rest of the broken cell, and the change of the strains of its
+neighbours, whose nodes see one lip only from then on. Cells of one body never touch the links of another.
 """
 
 from typing import TYPE_CHECKING
@@ -44,8 +44,8 @@ class Rupture(Pool):
         n_new = int(group.cells.n_new[0])
         if n_new == 0:
             return False
-        for pressure in group.pressures:
-            pressure.before_rupture(group.now.time)
+        if group.pressures is not None:
+            group.pressures.before_rupture(group.now.time)
         before = group.stored()
         self.open(n_new, group.now.time)
         self.released += before - group.stored()

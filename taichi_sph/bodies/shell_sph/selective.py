@@ -5,25 +5,25 @@ One stress point per cell locks in shear. Here the shear is evaluated at the nod
     gamma_a(i) = x_,a(i) . n_i - a_a . N_i          gradients at node i by order-1 MLS from the nodes
     Q_a = G_s gamma_a,  zero on free edges (T 2.42)
 
-and its divergence is taken by order-1 MLS over the nodes and, with weights reduced to f_c w, the cells:
+The divergence of the shear is taken by order-1 MLS over the nodes and over the cells, whose weights are reduced to f_c w:
 
     f_c = k (e / R)^n,   k = 1e-2, n = 2, R = D / 2                                                     (T 2.55)
 
-(no damage acts on the nodes' share: the option is for comparison of elastic shells; with damage it is refused)
-enough of the cells to hold down the modes that nodes alone do not see. On the directors acts the node's own
-Q_a x_,a (the T_0 of T 2.28). Measured on a clamped square plate of 16 cells, e/L = 1e-3, h/D = 1: 0.75 of Kirchhoff's
-deflection without (locked), 1.22 with; at h/D >= 1.2 the nodes alone are too soft for the little f_c leaves.
+This share of the cells holds down the modes that the nodes alone do not see. The node's own Q_a x_,a acts on its director (the T_0 of
+T 2.28). No damage acts on the share of the nodes: the option is for the comparison of elastic shells, and a scene with damage is
+refused. Measured on a clamped square plate of 16 cells, e/L = 1e-3, h/D = 1: 0.75 of Kirchhoff's deflection without the option
+(locked), 1.22 with it; at h/D >= 1.2 the nodes alone are too soft for the little that f_c leaves.
 """
+
+from typing import Any
 
 import numpy as np
 
 from ... import runtime
-from ...geometry.mesh import SurfaceMesh
 from ...pool import Pool
 from ...runtime import ti
-from ..nodal.nodes import Nodes
+from .build import Model, by_cell, by_node, centred
 from .links import Links
-from .pool import Cells, MaterialPool
 
 K, EXPONENT = 1e-2, 2  # T 2.55
 
@@ -32,22 +32,29 @@ K, EXPONENT = 1e-2, 2  # T 2.55
 class SelectiveShear(Pool):
     """Owns the neighbourhoods of the shear; the collocation form calls it where it would use its own."""
 
-    def __init__(self, mesh: SurfaceMesh, nodes: Nodes, cells: Cells, material: MaterialPool, at_nodes: dict, own, name: str):
+    def __init__(self, model: Model, at_nodes: dict[str, Any], own: Any, name: str):
         super().__init__(name)
-        self.nodes, self.cells = nodes, cells
+        mesh, bodies = model.mesh, model.bodies
+        self.bodies = bodies
+        self.nodes, self.cells = nodes, cells = model.nodes, model.cells
         self.own = own  # field (N,): 1 on free edges
         n, m = nodes.n, cells.n
         self.X = self.field("X", n + m, 3, "f64", unit="m", doc="nodes, then cells")
         self.dead = self.field("dead", n + m, dtype="i32", doc="1: takes part in nothing any more")
         self.factor = self.field("factor", n + m, doc="1 for nodes, f_c for cells")
         runtime.put(self.X, np.concatenate([mesh.points, mesh.centres]))
-        f_c = min(1.0, K * (material.thickness[0] / (0.5 * mesh.spacing)) ** EXPONENT)
-        runtime.put(self.factor, np.r_[np.ones(n), np.full(m, f_c)])
+        f_c = [min(1.0, K * (e / (0.5 * body.mesh.spacing)) ** EXPONENT) for body, e in zip(bodies, model.material.numbers("thickness"))]
+        runtime.put(self.factor, np.r_[np.ones(n), by_cell(bodies, f_c)])
+        both = None
+        if nodes.several:
+            both = self.field("body", n + m, dtype="i32", doc="number of the body, of nodes, then cells")
+            runtime.put(both, np.r_[runtime.get(nodes.body, n), runtime.get(cells.body, m)])
         self.strains = Links(
             f"{name}.strains",
             sources=nodes.X,
             n_sources=n,
             dead_source=nodes.fragment,
+            source_body=nodes.body if nodes.several else None,
             **at_nodes,
             order=np.ones(n),
             gradient=True,
@@ -57,6 +64,7 @@ class SelectiveShear(Pool):
             sources=self.X,
             n_sources=n + m,
             dead_source=self.dead,
+            source_body=both,
             **at_nodes,
             order=np.ones(n),
             gradient=True,
@@ -70,13 +78,14 @@ class SelectiveShear(Pool):
         self.s2 = self.field("s2", n + m, 3, unit="N/m", doc="Q_2 n")
         self.q = self.field("q", n + m, 3, unit="N/m", doc="Q_a x_,a")
 
-    def begin(self, mesh: SurfaceMesh) -> None:
+    def begin(self) -> None:
         """Reference of the nodes, once the links are made."""
-        X = mesh.points - mesh.points.mean(axis=0)
+        X = centred(self.bodies)
         runtime.put(self.a1, self.strains.apply(X, 0))
         runtime.put(self.a2, self.strains.apply(X, 1))
         shear = runtime.get(self.cells.shear, self.cells.n)
-        runtime.put(self.stiffness, np.full(self.nodes.n, shear.mean()))
+        means = [shear[body.cells.rows].mean() for body in self.bodies]
+        runtime.put(self.stiffness, by_node(self.bodies, means))
 
 
 @ti.func

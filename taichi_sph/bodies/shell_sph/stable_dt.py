@@ -1,9 +1,8 @@
 """The stable step from the operator itself: dt = 2 / omega_max of M^-1 K, by Arnoldi's iteration.
 
-K u is read off the force kernels with a displacement so small that they are linear, damage left out (it only
-softens). For the galerkin form K is symmetric and this is Lanczos, which approaches the largest eigenvalue from
-below; its own error bound (the residual of the Ritz pair) is added, so the step is not overestimated. The
-collocation form is not symmetric: the largest |lambda| counts.
+The force kernels give K u for a displacement so small that they are linear. Damage is left out, for it only softens. K of the galerkin
+form is symmetric: the iteration is Lanczos', which approaches the largest eigenvalue from below. The residual of the Ritz pair bounds
+its error and is added, so the step is not overestimated. K of the collocation form is not symmetric: the largest |lambda| counts.
 """
 
 from typing import TYPE_CHECKING
@@ -26,13 +25,13 @@ STRAIN = {"f64": 1e-7, "f32": 1e-4}  # of the probing displacement
 
 
 class StableStep(Pool):
-    """Keeps dt below the limit: measured at the start, and again (every `look_every` steps of the form) after ruptures, which
-    renew the operator near the crack. dt never grows again.
+    """Keeps dt of a group below the limit of its quickest body. The limit is measured at the start, and again after ruptures, which
+    renew the operator near the crack, every `look_every` steps of the form at most. dt never grows again.
 
-    A shell that is stretched gets stiffer: along a stretch l, the force S(E) l has the tangent (3 l^2 - 1) / 2 =
-    1 + 3 E times that at rest. A metal, whose stress follows the logarithmic strain (bodies/shell_sph/metal.py), gets stiffer where
-    it is compressed: E e_0 / l^2 in the plane, and its directors (e / e_0)^2 times as much, e / e_0 = 1 / det U; it may
-    change by percents in a step, so it is looked at every few steps and given more room.
+    A shell gets stiffer where it is stretched: along a stretch l, the force S(E) l has the tangent (3 l^2 - 1) / 2 = 1 + 3 E times
+    that at rest. The stress of a metal follows the logarithmic strain (bodies/shell_sph/metal.py), so a metal gets stiffer where it is
+    compressed: E e_0 / l^2 in the plane, and its directors (e / e_0)^2 times as much, e / e_0 = 1 / det U. The stretch of a metal may
+    change by percents in a step; so a metal is looked at every few steps and gets more room.
     """
 
     kept = ("mode", "frequency", "stiffer", "events", "looked")
@@ -93,16 +92,18 @@ class Operator:
     """M^-1/2 K M^-1/2 about the reference state, applied to mass-weighted unknowns of shape `shape`.
 
     Columns: displacement components, then (where the shell bends) those of the director change, whose part
-    along the director is projected out. `close` puts the displacements back.
+    along the director is projected out. The bodies of a group do not see each other: the operator acts on all of them at once, and
+    on each as if it were alone. `close` puts the displacements back.
     """
 
     def __init__(self, group: "ShellGroup", across: np.ndarray | None = None):
         """across (N,): weight across the shell over weight along it, where masses are fictitious (relax)."""
         self.group = group
         nodes, n = group.nodes, group.nodes.n
+        self.rows = [body.nodes.rows for body in group.shells]
         self.u0 = runtime.get(nodes.u, n)
         self.real = self.u0.dtype
-        self.scale = STRAIN[group.scene.numerics.precision] * group.spacing
+        self.strain = STRAIN[group.scene.numerics.precision]
         self.root = np.sqrt(runtime.get(nodes.mass, n).astype(np.float64))[:, None] * np.ones(nodes.dim)
         self.N = None
         if nodes.bends:
@@ -120,14 +121,21 @@ class Operator:
         d = y[:, 3:]
         return np.hstack([y[:, :3], d - np.einsum("ni,ni->n", d, self.N)[:, None] * self.N])
 
+    def _sizes(self, w: np.ndarray) -> np.ndarray:
+        """(N, 1) factor of each node: one size for displacements and for director changes, both small against 1 in their own unit."""
+        sizes = np.empty((len(w), 1))
+        for body, rows in zip(self.group.shells, self.rows):
+            spacing, dim = body.mesh.spacing, self.group.nodes.dim
+            largest = np.abs(w[rows, :dim]).max() / spacing
+            if self.N is not None:
+                largest = max(largest, np.abs(w[rows, 3:]).max())
+            sizes[rows] = self.strain * spacing / spacing / max(largest, 1e-300)
+        return sizes
+
     def __call__(self, y: np.ndarray) -> np.ndarray:
         group, nodes, n = self.group, self.group.nodes, self.group.nodes.n
         w = self._lighten(self._across(y) / self.root)
-        # one size for displacements and for director changes, both small against 1 in their own unit
-        largest = np.abs(w[:, : nodes.dim]).max() / group.spacing
-        if nodes.bends:
-            largest = max(largest, np.abs(w[:, 3:]).max())
-        size = self.scale / group.spacing / max(largest, 1e-300)
+        size = self._sizes(w)
         runtime.put(nodes.u, (size * w[:, : nodes.dim]).astype(self.real))
         if nodes.bends:
             runtime.put(nodes.d, (size * w[:, 3:]).astype(self.real))
@@ -151,27 +159,68 @@ class Operator:
             runtime.put(self.group.nodes.d, self.d0)
 
 
-def largest_frequency(group: "ShellGroup", iterations: int = 40, start: np.ndarray | None = None, across=None) -> tuple[float, np.ndarray]:
-    """(omega_max [rad/s] with its error bound added, Ritz vector in mass-weighted displacements)."""
+def largest_frequencies(
+    group: "ShellGroup", iterations: int = 40, start: np.ndarray | None = None, across: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """(B,) omega_max [rad/s] of each body, its error bound added; (N, c) their Ritz vectors in mass-weighted displacements.
+
+    Each body has an iteration of its own; they share the evaluations of the operator alone.
+    """
     operator = Operator(group, across)
-    q = np.random.default_rng(0).standard_normal(operator.shape) if start is None else start
-    basis = [q / np.linalg.norm(q)]
-    H = np.zeros((iterations + 1, iterations))
-    for k in range(iterations):
-        w = operator(basis[k])
-        for i, b in enumerate(basis):
-            H[i, k] = np.vdot(b, w)
-            w -= H[i, k] * b
-        H[k + 1, k] = np.linalg.norm(w)
-        if H[k + 1, k] < 1e-12 * abs(H[0, 0]):
+    own = [
+        _Arnoldi(iterations, operator.shape[1], body.nodes.n, None if start is None else start[body.nodes.rows]) for body in group.shells
+    ]
+    rows = operator.rows
+    for _ in range(iterations):
+        if all(one.done for one in own):
             break
-        basis.append(w / H[k + 1, k])
-    values, vectors = np.linalg.eig(H[: k + 1, : k + 1])
-    top = int(np.argmax(np.abs(values)))
-    bound = abs(H[k + 1, k] * vectors[-1, top])
-    ritz = sum(c * b for c, b in zip(vectors[:, top].real, basis))
+        w = operator(np.concatenate([one.basis[one.k] for one in own]))
+        for one, mine in zip(own, rows):
+            one.take(w[mine])
     operator.close()
-    return float(np.sqrt(abs(values[top]) + bound)), ritz
+    found = [one.largest() for one in own]
+    return np.array([frequency for frequency, _ in found]), np.concatenate([ritz for _, ritz in found])
+
+
+def largest_frequency(
+    group: "ShellGroup", iterations: int = 40, start: np.ndarray | None = None, across: np.ndarray | None = None
+) -> tuple[float, np.ndarray]:
+    """The largest omega_max of the bodies of the group [rad/s], and the Ritz vectors of all."""
+    frequencies, ritz = largest_frequencies(group, iterations, start, across)
+    return float(frequencies.max()), ritz
+
+
+class _Arnoldi:
+    """The iteration of one body of n nodes and c unknowns each; `basis[k]` is what the operator is to be applied to next."""
+
+    def __init__(self, iterations: int, c: int, n: int, start: np.ndarray | None):
+        q = np.random.default_rng(0).standard_normal((n, c)) if start is None else start
+        self.basis = [q / np.linalg.norm(q)]
+        self.H = np.zeros((iterations + 1, iterations))
+        self.k, self.last, self.done = 0, iterations - 1, False
+
+    def take(self, w: np.ndarray) -> None:
+        """w: the operator on basis[k]. Nothing once the iteration is done."""
+        if self.done:
+            return
+        H, k = self.H, self.k
+        for i, b in enumerate(self.basis):
+            H[i, k] = np.vdot(b, w)
+            w = w - H[i, k] * b
+        H[k + 1, k] = np.linalg.norm(w)
+        self.done = bool(H[k + 1, k] < 1e-12 * abs(H[0, 0])) or k == self.last
+        if not self.done:
+            self.basis.append(w / H[k + 1, k])
+            self.k += 1
+
+    def largest(self) -> tuple[float, np.ndarray]:
+        """omega_max with its bound, and its Ritz vector."""
+        H, k = self.H, self.k
+        values, vectors = np.linalg.eig(H[: k + 1, : k + 1])
+        top = int(np.argmax(np.abs(values)))
+        bound = abs(H[k + 1, k] * vectors[-1, top])
+        ritz = sum(c * b for c, b in zip(vectors[:, top].real, self.basis))
+        return float(np.sqrt(abs(values[top]) + bound)), ritz
 
 
 @ti.kernel

@@ -17,20 +17,24 @@ Everything is written with u and d, so that nothing cancels in f32. The strains 
 kappa22, 2 kappa12, gamma1, gamma2) are kept: the energy ledger is made from them.
 """
 
+from typing import Any
+
 import numpy as np
 
 from ... import runtime
 from ...laws import delay, elastic, mazars
 from ...numerics.reduce import BLOCK
 from ...runtime import ti
+from ..nodal.nodes import body_of
 from . import metal
+from .pool import Cells, MaterialPool
 
 
 @ti.func
-def generalised(material: ti.template(), shear, g: ti.template()):
-    """Undamaged resultants (N11, N22, N12, M11, M22, M12, Q1, Q2) [N/m, N] of the strains g; `shear` = G_s [N/m]."""
-    e = material.thickness[0]
-    young, nu = material.young[0], material.poisson[0]
+def generalised(material: ti.template(), b, shear, g: ti.template()):
+    """Undamaged resultants (N11, N22, N12, M11, M22, M12, Q1, Q2) [N/m, N] of the strains g of body b; `shear` = G_s [N/m]."""
+    e = material.thickness[b]
+    young, nu = material.young[b], material.poisson[b]
     r = g * 0.0
     S = e * elastic.plane_stress(young, nu, g[0], g[1], 0.5 * g[2])
     for k in ti.static(range(3)):
@@ -47,7 +51,7 @@ def generalised(material: ti.template(), shear, g: ti.template()):
 @ti.func
 def shear_of(cells: ti.template(), material: ti.template(), s):
     """G_s of cell s [N/m]; 0 where the shell stays in its plane."""
-    shear = material.young[0] * 0.0
+    shear = cells.area[s] * 0.0
     if ti.static(material.bends):
         shear = cells.shear[s]
     return shear
@@ -56,23 +60,23 @@ def shear_of(cells: ti.template(), material: ti.template(), s):
 @ti.func
 def energy_density(cells: ti.template(), material: ti.template(), s):
     """Stored energy per unit area [J/m2]."""
-    result = material.young[0] * 0.0
+    result = cells.area[s] * 0.0
     if ti.static(material.yields):
         result = metal.stored(cells, material, s)
     else:
         g = cells.strain[s]
-        result = 0.5 * (1.0 - cells.delayed[s]) * g.dot(generalised(material, shear_of(cells, material, s), g))
+        result = 0.5 * (1.0 - cells.delayed[s]) * g.dot(generalised(material, body_of(cells, s), shear_of(cells, material, s), g))
     return result
 
 
 @ti.func
-def driving_strain(material: ti.template(), g: ti.template()):
+def driving_strain(material: ti.template(), b, g: ti.template()):
     """Mazars' equivalent strain; of a bent shell, that of the skin where it is larger."""
-    nu = material.poisson[0]
+    nu = material.poisson[b]
     eps = mazars.equivalent_strain(nu, g[0], g[1], 0.5 * g[2])
     if ti.static(material.bends):
         for side in ti.static((-0.5, 0.5)):
-            z = side * material.thickness[0]
+            z = side * material.thickness[b]
             skin = mazars.equivalent_strain(nu, g[0] + z * g[3], g[1] + z * g[4], 0.5 * (g[2] + z * g[5]))
             eps = ti.max(eps, skin)
     return eps
@@ -81,9 +85,10 @@ def driving_strain(material: ti.template(), g: ti.template()):
 @ti.func
 def _damage(cells: ti.template(), material: ti.template(), s, g: ti.template(), r: ti.template(), dt, tally):
     """D_r of cell s after dt at the strains g, whose undamaged resultants are r; Mazars' law."""
+    b = body_of(cells, s)
     before = cells.delayed[s]
     after = before
-    D = mazars.damage(driving_strain(material, g), material.threshold[0], material.A[0], material.B[0])
+    D = mazars.damage(driving_strain(material, b, g), material.threshold[b], material.A[b], material.B[b])
     if ti.static(cells.spares):
         if cells.sound[s] == 1:
             D *= 0.0
@@ -91,7 +96,7 @@ def _damage(cells: ti.template(), material: ti.template(), s, g: ti.template(), 
     if dt > 0.0:  # without time nothing is damaged: a look at the forces leaves the state as it is
         if ti.static(material.delays):
             if D > before:
-                after = delay.advance(before, D, material.a[0], material.tau_c[0], dt)
+                after = delay.advance(before, D, material.a[b], material.tau_c[b], dt)
         else:
             after = D
         cells.damage[s] = D
@@ -125,7 +130,7 @@ def resultants(cells: ti.template(), material: ti.template(), s, u1, u2, d1, d2,
         g[5] = a1.dot(d2) + u1.dot(n_2) + a2.dot(d1) + u2.dot(n_1)
         g[6] = a1.dot(d) + u1.dot(n)
         g[7] = a2.dot(d) + u2.dot(n)
-    r = generalised(material, shear_of(cells, material, s), g)
+    r = generalised(material, body_of(cells, s), shear_of(cells, material, s), g)
     if intact == 0:
         if ti.static(material.yields):
             r = metal.advance(cells, material, s, g, dt, 1 - tally)
@@ -137,7 +142,7 @@ def resultants(cells: ti.template(), material: ti.template(), s, u1, u2, d1, d2,
             else:
                 cells.strain[s] = g
         if ti.static(material.breaks):
-            if cells.delayed[s] >= material.critical[0] and cells.broken[s] == 0 and dt > 0.0:
+            if cells.delayed[s] >= material.critical[body_of(cells, s)] and cells.broken[s] == 0 and dt > 0.0:
                 cells.new[ti.atomic_add(cells.n_new[0], 1)] = s
     n1 = r[0] * x1 + r[2] * x2
     n2 = r[2] * x1 + r[1] * x2
@@ -151,7 +156,7 @@ def resultants(cells: ti.template(), material: ti.template(), s, u1, u2, d1, d2,
     return n1, n2, m1, m2, q
 
 
-def stored_energy(partial, cells, material, blocks: int) -> float:
+def stored_energy(partial: Any, cells: Cells, material: MaterialPool, blocks: int) -> float:
     """Elastic energy of the live cells [J]; partial: scratch for one number a block."""
     _elastic(partial, cells, material, cells.n, blocks)
     return float(np.sum(runtime.get(partial, blocks)))

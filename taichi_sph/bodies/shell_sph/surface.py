@@ -25,7 +25,10 @@ class ShellPoints(Pool):
         super().__init__(name)
         self.nodes, self.cells, mesh = group.nodes, group.cells, group.mesh
         self.n = n = self.nodes.n
-        half = np.full(n, 0.5 * group.shell.thickness)
+        half, met = np.zeros(n), np.zeros(n, bool)
+        for body in group.shells:
+            own = slice(body.nodes.first, body.nodes.first + body.nodes.n)
+            half[own], met[own] = 0.5 * body.said.thickness, meets(body.name)
         self.halves = np.unique(half).tolist()
         self.half_of = self.field("half_of", n, dtype="f64", unit="m", doc="half the thickness at a node")
         self.turn = self.field(
@@ -34,9 +37,6 @@ class ShellPoints(Pool):
             dtype="f64",
             doc="1: corners are numbered round the director, -1: against it; 0: of a body that is not met",
         )
-        met = np.zeros(n, bool)
-        for span in group.bodies:
-            met[span.first : span.first + span.n] = meets(span.name)
         runtime.put(self.half_of, half)
         runtime.put(self.turn, _turns(mesh) * met[mesh.cells[:, 0]])
         free = ~group.held() & met

@@ -8,18 +8,21 @@ and, where the shell bends, with the mean director s_ij of the pair,
 
     psi_ij = (v_i - v_j) . s_ij / (|x_i - x_j| + eps),   tau_ij = -rho gamma c h psi_ij,   f_i += ... tau_ij ... s_ij
 
-on both signs of psi: as printed (only psi <= 0) the two nodes of a pair would not feel opposite forces.
+tau acts for both signs of psi: as printed (only psi <= 0) the two nodes of a pair would not feel opposite forces.
 
-The kernel is that of the reference configuration (total Lagrangian); where the spacing is even, a pair's forces are equal
-and opposite along its line, so momentum and moment of momentum are kept; on irregular sets each node uses its own h.
+The kernel is that of the reference configuration (total Lagrangian). Where the spacing is even, the forces of a pair are equal and
+opposite along its line, so momentum and moment of momentum are kept; on irregular sets each node uses its own h.
 """
+
+import math
+from typing import Any
 
 from ...numerics.kernel import CONSTANT, b3_slope
 from ...runtime import ti
-from ..nodal.nodes import Nodes
+from ..nodal.nodes import body_of
+from .build import Model
 from .damper import Damper
 from .links import Links
-from .pool import MaterialPool
 
 
 @ti.data_oriented
@@ -28,23 +31,28 @@ class PairViscosity(Damper):
 
     entry = "viscous"
 
-    def __init__(
-        self, nodes: Nodes, material: MaterialPool, pairs: Links, area, density: float, sound: float, settings, name: str = "viscosity"
-    ):
-        super().__init__(name, nodes)
-        self.material, self.pairs, self.area = material, pairs, area
-        self.density, self.sound = density, sound
-        self.alpha, self.beta, self.gamma = settings.alpha, settings.beta, settings.gamma
-        self.bends = nodes.bends
+    def __init__(self, model: Model, pairs: Links, area: Any, name: str = "viscosity"):
+        super().__init__(name, model.nodes)
+        self.material, self.pairs, self.area = model.material, pairs, area
+        materials = [body.said.material for body in model.bodies]
+        forms: list[Any] = [body.numerics.formulation for body in model.bodies]
+        settings = [form.viscosity for form in forms]
+        self.density = self.number("density", [m.density for m in materials], unit="kg/m3", doc="rho")
+        self.sound = self.number("sound", [math.sqrt(m.young / m.density) for m in materials], unit="m/s", doc="c")
+        for key in ("alpha", "beta", "gamma"):
+            setattr(self, key, self.number(key, [getattr(s, key) for s in settings], unit="", doc=key))
+        self.bends = model.nodes.bends
 
     def add(self, dt: float) -> None:
         """Add the forces; book what they take over dt."""
-        _add(self, self.nodes.n, dt, self.density, self.sound, self.alpha, self.beta, self.gamma)
+        _add(self, self.nodes.n, dt)
 
 
 @ti.kernel
-def _add(term: ti.template(), n: ti.i32, dt: float, rho: float, c: float, alpha: float, beta: float, gamma: float):
+def _add(term: ti.template(), n: ti.i32, dt: float):
     for i in range(n):
+        b = body_of(term.nodes, i)
+        rho, c, alpha, beta, gamma = term.density[b], term.sound[b], term.alpha[b], term.beta[b], term.gamma[b]
         total = term.nodes.force[i] * 0.0
         h = ti.cast(term.pairs.h[i], float)
         scale = ti.static(CONSTANT[2]) / (h * h * h)
@@ -68,6 +76,6 @@ def _add(term: ti.template(), n: ti.i32, dt: float, rho: float, c: float, alpha:
                     mu = approach / r / (r + 0.1 * h)
                     Pi = rho * (-alpha * c * h * mu + beta * h * h * mu * mu)
                     total -= term.area[j] * Pi * slope / r * x
-        total *= term.material.thickness[0] * term.area[i]
+        total *= term.material.thickness[b] * term.area[i]
         term.nodes.force[i] += total
         term.work[i] -= dt * total.dot(vi)

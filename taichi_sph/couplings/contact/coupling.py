@@ -1,54 +1,64 @@
-"""Contact as a coupling of the world: pinballs of all bodies (T 3.3)."""
+"""Contact as a coupling of the world: the surfaces of all bodies (T 3.3)."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from ...bodies.body import Entries, Now
+from ...bodies.body import Entries, Group, Now, common_schedule
+from ...bodies.surface import Surface
+from ...pool import Pool
+from ...scene.schema import Scene
 from ..coupling import Coupling
-from .bodies import Bodies
+from ..ports import Port
 from .multipliers import Contact
+from .pairs import Table
 from .said import PinballContact
 
 
-def couplings(scene, groups) -> list[ContactCoupling]:
+def couplings(scene: Scene, groups: Sequence[Group]) -> list[ContactCoupling]:
     """Contact, where something can meet something."""
-    kinds = {group.kind for group in groups}
-    meets = "rigid" in kinds or {"fluid", "shell"} <= kinds or any(shell.self_contact for shell in scene.shells)
-    return [ContactCoupling(scene, groups)] if meets else []
+    surfaces = [surface for group in groups if (surface := group.surface()) is not None]
+    meets, restitution = meetings(scene, surfaces)
+    return [ContactCoupling(scene, groups, surfaces, meets, restitution)] if meets.any() else []
+
+
+def meetings(scene: Scene, surfaces: list[Surface]) -> tuple[np.ndarray, np.ndarray]:
+    """(B, B) whether two bodies meet by contact, and with which restitution, in the order of the surfaces."""
+    bodies = [(s, span.name, e) for s in surfaces for span, e in zip(s.bodies, s.bounce, strict=True)]
+    meets = np.zeros((len(bodies), len(bodies)), bool)
+    restitution = np.zeros(meets.shape)
+    for j, (one, name, e) in enumerate(bodies):
+        for k, (two, other, f) in enumerate(bodies):
+            said = scene.met(name, other)
+            meets[j, k] = said.meet and (one.reaches(two) or two.reaches(one))
+            own = 0.0 if e is None or f is None else max(e, f)
+            restitution[j, k] = own if said.restitution is None else said.restitution
+    return meets, restitution
 
 
 class ContactCoupling(Coupling):
     """contact: the solver."""
 
-    def __init__(self, scene, groups):
-        shell = next((g for g in groups if g.kind == "shell"), None)
-        self.fluid = next((g for g in groups if g.kind == "fluid"), None)
-        rigid = next((g for g in groups if g.kind == "rigid"), None)
-        meets_itself = any(shell.self_contact for shell in scene.shells)
-        thickness = shell.shell.thickness if shell is not None else 0.0
-        particles = self.fluid.body.p if self.fluid is not None else None
-        pinballs = self.fluid is not None and not self.fluid.presses
-        of_shell = (shell.mesh, shell.nodes, shell.cells, shell.loads) if shell is not None else (None, None, None, None)
-        bodies = Bodies(*of_shell, thickness, particles, rigid.rigids if rigid is not None else None, pinballs)
-        lengths = [0.5 * p.radius for body in scene.rigids for p in body.pinballs]
-        if shell is not None:
-            lengths.append(shell.spacing)
-        if particles is not None:
-            lengths.append(particles.spacing)
-        self.contact = Contact(bodies, scene.numerics.contact or PinballContact(), meets_itself, 0.5 * min(lengths))
-        if self.fluid is not None:
-            self.fluid.pushed = True
-        self.name = shell.shell.name if shell is not None else ""
+    def __init__(self, scene: Scene, groups: Sequence[Group], surfaces: list[Surface], meets: np.ndarray, restitution: np.ndarray) -> None:
+        self.common = common_schedule(groups)
+        flat = np.array([s.discs is not None for s in surfaces for _ in s.bodies])
+        port = Port(surfaces, thin=bool(meets[flat][:, flat].any()))
+        order = [port.names.index(span.name) for s in surfaces for span in s.bodies]  # the port has those that turn last
+        place = np.argsort(order)
+        table = Table(meets[place][:, place], restitution[place][:, place])
+        skin = 0.5 * min(s.length for s in surfaces)
+        self.contact = Contact(port, table, scene.numerics.contact or PinballContact(), skin)
+        for s in surfaces:
+            s.meets()
 
     def start(self) -> None:
         """SceneError when bodies lie in each other at t = 0."""
-        self.contact.check_start(self.name)
+        self.contact.check_start()
 
     def correct(self, now: Now) -> None:
-        wet = self.fluid is not None and now.due(self.fluid)
-        times = self.fluid.every if wet else 0
-        self.contact.add(now.dt_before, now.dt, now.half_time, wet and self.fluid.renumbered, times)
+        self.contact.add(now, self.common)
 
     def entries(self) -> Entries:
         return Entries(internal={"contact": self.contact.taken()})
@@ -59,11 +69,5 @@ class ContactCoupling(Coupling):
     def status(self) -> dict[str, int]:
         return {"contacts": self.contact.touching, "iterations": self.contact.iterations}
 
-    def state(self) -> dict[str, np.ndarray]:
-        return self.contact.state()
-
-    def shapes(self) -> dict[str, tuple[int, ...]]:
-        return {name: value.shape for name, value in self.state().items()}
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        self.contact.restore(state)
+    def pools(self) -> list[Pool]:
+        return self.contact.pools()

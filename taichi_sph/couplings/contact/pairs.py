@@ -1,8 +1,7 @@
-"""Which pinballs are near each other: candidate pairs, kept until something has moved by half the skin.
+"""Which elements are near each other: candidate pairs, kept until something has moved by half the skin.
 
-A pair is a ball (of a rigid body, a fluid particle, a shell node in self-contact) against a disc of the shell or a ball
-of a rigid body. The disc is rounded: all points within half the thickness of a flat disc of radius R_1, so that with
-q the point of the flat disc nearest to the ball's centre c,
+A pair is a ball against a disc, or a ball against a ball. The disc is rounded: all points within half the thickness of a flat disc of
+radius R_1, so that with q the point of the flat disc nearest to the ball's centre c,
 
     n = (c - q) / |c - q|,     gap = |c - q| - R_2 - e/2
 
@@ -10,90 +9,175 @@ Over the disc this is T 3.19; beside it the ball touches when d_t < R_1 + sqrt((
 sqrt(R_2^2 - (d_n - e/2)^2): a round rim is touched up to e/2 earlier. There the normal leans as the rim does. T pushes along the
 director even there, and so a striker that has passed the plane of the shell would drag the rim of its hole along.
 
+Two shells meet by thin balls, one at each node with half the thickness: the nodes of the first against the discs of the second and the
+other way round, so that neither is preferred and a fine shell does not slip through a coarse one. The gap is the distance less both half
+thicknesses: each counts once.
+
+Which loop finds a pair follows from the numbers: few balls are tried against everything, many balls against many discs by a grid.
 Candidates are counted and written by their owners in order: the list is the same for any number of threads.
+
+Bodies that pairs link are one part (`root`: the smallest body number in it). The pairs of a part are searched when that part has moved,
+with its own distance and its own grid, so that nothing in a part follows from another one far away.
 """
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
 
 from ... import runtime
 from ...errors import RunStopped
-from ...numerics.cells import CellGrid, bucket, cube, running
+from ...numerics.cells import CUBES, CellGrid, beside, cube, running
+from ...pool import Pool
 from ...runtime import ti
-from .bodies import Bodies, director_of, place_of_node, radius_against
-
-RIGID_SHELL, RIGID_RIGID, FLUID_SHELL, FLUID_RIGID, SELF = range(5)
+from ..ports import Port
 
 
 @ti.data_oriented
-class Pairs:
-    """Candidates (kind, ball, against) and what the solver keeps of each; incidence by participant."""
+class Table(Pool):
+    """Body x body: whether they meet, Newton's restitution."""
 
-    def __init__(self, bodies: Bodies, self_contact: bool):
-        self.bodies, self.self_contact = bodies, self_contact
-        balls = bodies.rigids.n_balls if bodies.has_rigids else 0
-        size = balls * balls + min(balls * bodies.ns, 40_000 + 4 * bodies.ns) + min(balls * bodies.nf, 20_000 + bodies.nf)
-        size += min(24 * bodies.ns, 16 * bodies.nf) + (8 * bodies.ns if self_contact else 0)
-        self.capacity = max(size, 64)
-        new = runtime.new
-        n = self.capacity
+    def __init__(self, meets: np.ndarray, restitution: np.ndarray, name: str = "meetings"):
+        """meets (B, B) bool, restitution (B, B), both symmetric."""
+        super().__init__(name)
+        n = len(meets)
+        self.meets = self.field("meets", n * n, dtype="i32", doc="1: the two bodies may touch")
+        self.restitution = self.field("restitution", n * n, dtype="f64", doc="Newton's, 0 for bodies that bounce by themselves")
+        runtime.put(self.meets, meets.ravel().astype(np.int32))
+        runtime.put(self.restitution, restitution.ravel().astype(float))
+
+
+@ti.data_oriented
+class Pairs(Pool):
+    """Candidates (ball, against) and what the solver keeps of each; incidence by mover; parts."""
+
+    kept = ("n",)
+
+    def __init__(self, port: Port, table: Table, name: str = "pairs"):
+        super().__init__(name)
+        self.port, self.table = port, table
+        few, discs, many = port.n_balls - port.n_wide, port.n_discs, port.n_many
+        size = few * few + min(few * discs, 40_000 + 4 * discs) + min(few * many, 20_000 + many)
+        size += min(24 * discs, 16 * many)
+        if port.thin:
+            size += 8 * discs if port.n_bodies == 1 else 16 * discs
+        self.capacity = n = max(size, 64)
         self.n = 0
-        self.kind = new("pairs.kind", n, dtype="i32")
-        self.ball = new("pairs.ball", n, dtype="i32")  # pinball, particle or node
-        self.other = new("pairs.other", n, dtype="i32")  # node or pinball
-        self.a = new("pairs.a", n, dtype="i32")  # participant of the ball
-        self.b = new("pairs.b", n, dtype="i32")  # participant of the other
-        self.normal = new("pairs.normal", n, 3, "f64")  # from b to a
-        self.arm_a = new("pairs.arm_a", n, 3, "f64")  # m, from the centre of a rigid a to the point of contact
-        self.arm_b = new("pairs.arm_b", n, 3, "f64")
-        self.gap = new("pairs.gap", n, dtype="f64")  # m, negative in penetration
-        self.near = new("pairs.near", n, dtype="i32")  # 1: may touch in this step
-        self.slack = new("pairs.slack", n, dtype="f64")  # m/s, free approach speed, plus what the gap still allows
-        self.before = new("pairs.before", n, dtype="f64")  # m/s, normal speed at the half step before
-        self.free = new("pairs.free", n, dtype="f64")  # m/s, normal speed at the half step to come without contact
-        self.weight = new("pairs.weight", n, dtype="f64")  # 1/kg, diagonal with split masses
-        self.p = new("pairs.p", n, dtype="f64")  # N s, impulse: the multiplier times the kick
-        self.y = new("pairs.y", n, dtype="f64")  # N s, extrapolated
-        # incidence: who[m] takes part in entries first[m] .. first[m + 1]; entry = 2 pair + (0 as a, 1 as b)
+        field = self.field
+        self.ball = field("ball", n, dtype="i32", doc="the ball", keeps=True)
+        self.other = field("other", n, dtype="i32", doc="the disc or ball that it may touch", keeps=True)
+        self.flat = field("flat", n, dtype="i32", doc="1: the other is a disc", keeps=True)
+        self.p = field("p", n, dtype="f64", unit="N s", doc="impulse: the multiplier times the kick", keeps=True)
+        self.a = field("a", n, dtype="i32", doc="place of the ball's mover on the port's list")
+        self.b = field("b", n, dtype="i32", doc="place of the other's")
+        self.normal = field("normal", n, 3, "f64", doc="from b to a")
+        self.arm_a = field("arm_a", n, 3, "f64", unit="m", doc="from the place of a to the point of contact")
+        self.arm_b = field("arm_b", n, 3, "f64", unit="m", doc="from the place of b")
+        self.gap = field("gap", n, dtype="f64", unit="m", doc="negative in penetration")
+        self.near = field("near", n, dtype="i32", doc="1: may touch in this step")
+        self.slack = field("slack", n, dtype="f64", unit="m/s", doc="free approach speed, plus what the gap still allows")
+        self.before = field("before", n, dtype="f64", unit="m/s", doc="normal speed at n - 1/2")
+        self.free = field("free", n, dtype="f64", unit="m/s", doc="normal speed at n + 1/2 without contact")
+        self.weight = field("weight", n, dtype="f64", unit="1/kg", doc="diagonal with split masses")
+        self.y = field("y", n, dtype="f64", unit="N s", doc="impulse, extrapolated")
+        # incidence: the mover at place m takes part in entries first[m] .. first[m + 1]; entry = 2 pair + (0 as a, 1 as b)
         self.n_who = 0
-        self.place = new("pairs.place", bodies.n + 1, dtype="i32")
-        self.who = new("pairs.who", min(bodies.n, 2 * n), dtype="i32")
-        self.first = new("pairs.first", min(bodies.n, 2 * n) + 1, dtype="i32")
-        self.entry = new("pairs.entry", 2 * n, dtype="i32")
-        owners = max(bodies.ns, bodies.nf, balls)
-        self.start = new("pairs.start", owners + 1, dtype="i32")
-        if bodies.has_shell and (bodies.has_fluid or self_contact):
-            self.node_x = new("pairs.node_x", bodies.ns, 3, "f64")
-            self.grid = CellGrid("pairs.grid", self.node_x, bodies.ns, 1.0)  # its reach is that of each search
+        self.bounds = np.zeros(len(port.surfaces) + 1, int)
+        room = min(port.n, 2 * n)
+        self.place = field("place", port.n + 1, dtype="i32", doc="where the next entry of a mover goes")
+        self.first = field("first", room + 1, dtype="i32", doc="first entry at a place of the list")
+        self.part = field("part", room, dtype="i32", doc="part of the mover there")
+        self.entry = field("entry", 2 * n, dtype="i32", doc="2 pair + (0 as a, 1 as b)")
+        self.root = field("root", port.n_bodies, dtype="i32", doc="part of a body: the smallest number of a body in it")
+        self.starts = field("starts", len(port.surfaces) + 1, dtype="i32", doc="first movers of the groups, then their places on the list")
+        self.start = field("start", port.n_discs + port.n_balls + 1, dtype="i32", doc="entries of an owner, in a search")
+        self.movers = np.array([*(s.first.mover for s in port.surfaces), port.n], np.int32)
+        if port.n_discs and port.n_wide:
+            self.grid = CellGrid("pairs.grid", port.disc_x, port.n_discs, 1.0)  # its reach is that of each search
 
-    def search(self, skin: float) -> None:
-        """All pairs within `skin` [m] of contact, as the bodies lie now."""
-        b = self.bodies
-        b.shape_discs()
-        self.n = 0
-        if b.has_shell and (b.has_fluid or self.self_contact):
-            _node_places(self, b.ns)
-            largest = _largest_disc(b, b.ns) + b.half_thickness
-            ball = b.fluid_radius[1] if b.has_fluid else 0.0
-            self.grid.reach = largest + max(ball, b.half_thickness) + skin
-            self.grid.rebuild()
-        if b.has_rigids:
-            if b.has_shell:
-                self._collect(_rigid_shell, b.ns, skin)
-            if b.has_fluid:
-                self._collect(_fluid_rigid, b.nf, skin)
-            if b.nr > 1:
-                self._collect(_rigid_rigid, b.rigids.n_balls, skin)
-        if b.has_shell and b.has_fluid:
-            self._collect(_near_discs, b.nf, skin, FLUID_SHELL, 1.0 / self.grid.reach, self.grid.table)
-        if self.self_contact:
-            self._collect(_near_discs, b.ns, skin, SELF, 1.0 / self.grid.reach, self.grid.table)
-        self.list_participants()
+    def search(self, parts: list[np.ndarray], reach: np.ndarray) -> list[np.ndarray]:
+        """New candidates of these parts (arrays of body numbers); returns the parts as they are then.
 
-    def list_participants(self) -> None:
-        """The pairs of each participant, from the list of pairs."""
-        self.n_who = _incidence(self, self.n, self.bodies.n)
+        reach (B,) [m]: how far from contact a pair with each body is still a candidate. A part that finds another one is joined with it
+        and searched again.
+        """
+        port = self.port
+        root = runtime.get(self.root, port.n_bodies)
+        done: list[np.ndarray] = []
+        waiting = list(parts)
+        shaped = np.concatenate(parts)
+        self._drop(shaped)
+        self._mark(shaped)
+        port.look(places=True)
+        while waiting:
+            part = waiting.pop(0)
+            self._mark(part)
+            if not np.isin(part, shaped).all():
+                port.look(places=True)
+                shaped = np.union1d(shaped, part)
+            met = self._search(part, float(reach[part].max()))
+            if not len(met):
+                done.append(part)
+                continue
+            joined = [part, np.flatnonzero(np.isin(root, root[met]))]
+            for others in (waiting, done):
+                for other in [o for o in others if np.isin(o, np.concatenate(joined)).any()]:
+                    joined.append(other)
+                    del others[next(k for k, o in enumerate(others) if o is other)]
+            whole = np.unique(np.concatenate(joined))
+            self._drop(whole)
+            waiting.insert(0, whole)
+        self.list_movers()
+        return done
 
-    def _collect(self, look, owners: int, skin: float, *more) -> None:
+    def _search(self, part: np.ndarray, reach: float) -> np.ndarray:
+        """Candidates with a body of this part, behind those that are there; returns the numbers of other bodies among them."""
+        port = self.port
+        port.linked.fill(0)
+        owners = port.n_discs + port.n_many + port.n_balls - port.n_wide
+        before = self.n
+        if port.n_balls > port.n_wide:
+            self._collect(_few, owners, reach, port.n_discs, port.n_many, port.n_wide, port.n_balls)
+        if port.n_discs and port.n_wide and (port.widest[part] > 0.0).any():
+            largest = runtime.get(port.largest, port.n_bodies) + port.half
+            wide = self.n
+            for bodies in (np.arange(port.n_bodies), part):  # a grid of others' discs would list the part's own in another order
+                near = float((largest * (port.half > 0))[bodies].max()) + float(port.widest[bodies].max()) + reach
+                if bodies is part and (self.n == wide or near == self.grid.reach or runtime.get(port.linked, port.n_bodies).any()):
+                    break
+                self.n, self.grid.reach = wide, near
+                self.grid.rebuild()
+                self._collect(_near_discs, port.n_wide, reach, 1.0 / near, self.grid.table)
+        return np.flatnonzero(runtime.get(port.linked, port.n_bodies)) if self.n > before else np.zeros(0, int)
+
+    def _mark(self, part: np.ndarray) -> None:
+        due = np.zeros(self.port.n_bodies, np.int32)
+        due[part] = 1
+        runtime.put(self.port.due, due)
+
+    def _drop(self, bodies: np.ndarray) -> None:
+        """Forget the candidates with one of these bodies."""
+        if self.n == 0 or len(bodies) == self.port.n_bodies:
+            self.n = 0
+            return
+        self._mark(bodies)
+        self.n = _keep(self, self.n)
+
+    def list_movers(self) -> None:
+        """The list of the port and the pairs of each mover on it, from the list of pairs."""
+        port = self.port
+        runtime.put(self.starts, self.movers)
+        self.n_who = _incidence(self, self.n, port.n, port.n_bodies, len(self.movers))
+        self.bounds = runtime.get(self.starts, len(self.movers))
+        turning = [bound for s, bound in zip(port.surfaces, self.bounds, strict=False) if s.turns]
+        port.turning = int(turning[0]) if turning else self.n_who
+
+    def renew(self) -> None:
+        self.list_movers()
+
+    def _collect(self, look: Callable[..., None], owners: int, reach: float, *more: Any) -> None:
         """Count what each owner finds, then have it written behind what is there."""
-        look(self, owners, skin, 0, self.n, *more)
+        look(self, owners, reach, 0, self.n, self.port.n_bodies, *more)
         found = running(self.start, owners)
         if self.n + found > self.capacity:
             raise RunStopped(
@@ -101,172 +185,207 @@ class Pairs:
                 "are likely crushed into each other: look at the last frame, lower the speed or the spacing"
             )
         if found:
-            look(self, owners, skin, 1, self.n, *more)
+            look(self, owners, reach, 1, self.n, self.port.n_bodies, *more)
         self.n += found
 
 
-@ti.kernel
-def _largest_disc(bodies: ti.template(), n: ti.i32) -> ti.f64:
-    """Radius of the largest disc [m]."""
-    top = ti.cast(0.0, ti.f64)
-    for i in range(n):
-        ti.atomic_max(top, bodies.disc[i])
-    return top
-
-
 @ti.func
-def disc_gap(bodies: ti.template(), i, c, radius):
-    """(gap, normal from the disc of node i to a ball at c, nearest point of the rounded disc's flat one)."""
-    n = director_of(bodies, i)
-    x = place_of_node(bodies, i)
+def disc_gap(x, n, radius, half, c, ball):
+    """(gap, normal) from a disc at x across n with this radius and half thickness to a ball at c with the radius `ball`."""
     away = c - x
     flat = away - away.dot(n) * n
     d = flat.norm()
-    if d > bodies.disc[i]:
-        flat *= bodies.disc[i] / d
+    if d > radius:
+        flat *= radius / d
     q = x + flat
     normal = c - q
     distance = normal.norm()
-    if distance > 1e-12 * (radius + bodies.half[0]):
+    if distance > 1e-12 * (ball + half):
         normal /= distance
     else:
         normal = n
-    return distance - radius - bodies.half[0], normal, q
+    return distance - ball - half, normal
 
 
 @ti.func
-def may_touch(bodies: ti.template(), i, j):
-    """Whether nodes i and j of one shell are far enough apart in the reference to be two things that meet."""
-    apart = (bodies.nodes.X[i] - bodies.nodes.X[j]).norm()
-    return apart > 2.0 * (bodies.disc[i] + bodies.disc[j]) + 4.0 * bodies.half[0]
+def _may(pairs: ti.template(), bodies, one, other):
+    """Whether two bodies may meet and one of them is due; marks the one that is not."""
+    port = pairs.port
+    found = 0
+    if pairs.table.meets[one * bodies + other] == 1 and port.due[one] + port.due[other] > 0:
+        found = 1
+        if port.due[one] == 0:
+            port.linked[one] = 1
+        if port.due[other] == 0:
+            port.linked[other] = 1
+    return found
 
 
 @ti.func
-def _note(pairs: ti.template(), k, kind, ball, other, a, b):
-    pairs.kind[k], pairs.ball[k], pairs.other[k] = kind, ball, other
-    pairs.a[k], pairs.b[k] = a, b
+def _note(pairs: ti.template(), k, ball, other, flat):
+    pairs.ball[k], pairs.other[k], pairs.flat[k] = ball, other, flat
     pairs.p[k] = 0.0
 
 
 @ti.kernel
-def _node_places(pairs: ti.template(), n: ti.i32):
-    for i in range(n):
-        pairs.node_x[i] = place_of_node(pairs.bodies, i)
-
-
-@ti.kernel
-def _rigid_shell(pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, base: ti.i32):
-    for i in range(n):
+def _few(
+    pairs: ti.template(), n: ti.i32, reach: ti.f64, write: ti.i32, base: ti.i32, bodies: ti.i32, discs: ti.i32, many: ti.i32, first: ti.i32,
+    last: ti.i32,
+):  # fmt: skip
+    """The balls first .. last - 1 against discs, against the many balls, and among themselves. Owners: discs, many balls, few balls."""
+    port = pairs.port
+    for o in range(n):
         found = 0
-        x = place_of_node(pairs.bodies, i)
-        for p in range(pairs.bodies.rigids.n_balls):
-            c, radius = pairs.bodies.rigids.ball_x[p], pairs.bodies.rigids.ball_radius[p]
-            far = radius + pairs.bodies.disc[i] + pairs.bodies.half[0] + skin
-            if (c - x).norm_sqr() < far * far:
-                gap, normal, q = disc_gap(pairs.bodies, i, c, radius)
-                if gap < skin:
-                    if write == 1:
-                        r = pairs.bodies.rigids.ball_body[p] + pairs.bodies.ns + pairs.bodies.nf
-                        _note(pairs, base + pairs.start[i] + found, RIGID_SHELL, p, i, r, i)
-                    found += 1
+        if o < discs:
+            x, radius, half, one = port.disc_x[o], port.disc_radius[o], port.disc_half[o], port.disc_body[o]
+            for p in range(first, last):
+                c, ball = port.ball_x[p], port.ball_radius[p][0]
+                far = ball + radius + half + reach
+                if (c - x).norm_sqr() < far * far:
+                    gap, normal = disc_gap(x, port.disc_n[o], radius, half, c, ball)
+                    if gap < reach and _may(pairs, bodies, port.ball_body[p], one) == 1:
+                        if write == 1:
+                            _note(pairs, base + pairs.start[o] + found, p, o, 1)
+                        found += 1
+        else:
+            mine = o - discs
+            end = last
+            if mine >= many:  # one of the few: each two once
+                mine += first - many
+                end = mine
+            c, radius, one = port.ball_x[mine], port.ball_radius[mine][0], port.ball_body[mine]
+            for p in range(first, end):
+                far = radius + port.ball_radius[p][0] + reach
+                if (port.ball_x[p] - c).norm_sqr() < far * far:
+                    if port.ball_body[p] != one and _may(pairs, bodies, port.ball_body[p], one) == 1:
+                        if write == 1:
+                            _note(pairs, base + pairs.start[o] + found, mine, p, 0)
+                        found += 1
         if write == 0:
-            pairs.start[i + 1] = found
+            pairs.start[o + 1] = found
 
 
 @ti.kernel
-def _rigid_rigid(pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, base: ti.i32):
-    for p in range(n):
-        found = 0
-        one = pairs.bodies.rigids.ball_body[p]
-        for q in range(p):
-            two = pairs.bodies.rigids.ball_body[q]
-            if two != one:
-                away = (pairs.bodies.rigids.ball_x[p] - pairs.bodies.rigids.ball_x[q]).norm()
-                if away < pairs.bodies.rigids.ball_radius[p] + pairs.bodies.rigids.ball_radius[q] + skin:
-                    if write == 1:
-                        first = pairs.bodies.ns + pairs.bodies.nf
-                        _note(pairs, base + pairs.start[p] + found, RIGID_RIGID, p, q, one + first, two + first)
-                    found += 1
-        if write == 0:
-            pairs.start[p + 1] = found
-
-
-@ti.kernel
-def _fluid_rigid(pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, base: ti.i32):
+def _near_discs(
+    pairs: ti.template(), n: ti.i32, reach: ti.f64, write: ti.i32, base: ti.i32, bodies: ti.i32, inverse: ti.f64, table: ti.i32
+):
+    """Discs near the many balls and the thin ones, by the grid of the discs."""
+    port = pairs.port
     for j in range(n):
         found = 0
-        c = ti.cast(pairs.bodies.fluid.x[j], ti.f64)
-        radius = pairs.bodies.fluid_radius[0]
-        for p in range(pairs.bodies.rigids.n_balls):
-            far = radius + pairs.bodies.rigids.ball_radius[p] + skin
-            if (pairs.bodies.rigids.ball_x[p] - c).norm_sqr() < far * far:
-                if write == 1:
-                    first = pairs.bodies.ns + pairs.bodies.nf
-                    body = pairs.bodies.rigids.ball_body[p] + first
-                    _note(pairs, base + pairs.start[j] + found, FLUID_RIGID, j, p, j + pairs.bodies.ns, body)
-                found += 1
-        if write == 0:
-            pairs.start[j + 1] = found
-
-
-@ti.kernel
-def _near_discs(pairs: ti.template(), n: ti.i32, skin: ti.f64, write: ti.i32, base: ti.i32, kind: ti.i32, inverse: ti.f64, table: ti.i32):
-    """Discs near the fluid particles (FLUID_SHELL) or near the shell's own nodes (SELF), by the grid of the nodes."""
-    for j in range(n):
-        found = 0
-        c = ti.Vector([0.0, 0.0, 0.0], ti.f64)
-        a = j
-        if kind == SELF:
-            c = pairs.node_x[j]
-        if ti.static(pairs.bodies.has_fluid):
-            if kind == FLUID_SHELL:
-                c = ti.cast(pairs.bodies.fluid.x[j], ti.f64)
-                a = j + pairs.bodies.ns
+        c, one = port.ball_x[j], port.ball_body[j]
         if write == 0 or pairs.start[j + 1] > pairs.start[j]:  # most have found nothing
-            home = cube(c, inverse)
-            for dx, dy, dz in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
-                there = home + ti.Vector([dx, dy, dz])
-                b = bucket(there, table)
-                for m in range(pairs.grid.start[b], pairs.grid.start[b + 1]):
+            for k in range(CUBES):
+                there, first, last = beside(pairs.grid, c, k, inverse, table)
+                for m in range(first, last):
                     i = pairs.grid.sorted[m]
-                    radius = pairs.bodies.half[0]  # of a node: a ball that does not stand out of the shell
-                    if ti.static(pairs.bodies.has_fluid):
-                        if kind == FLUID_SHELL:
-                            radius = radius_against(pairs.bodies, i)
-                    far = radius + pairs.bodies.disc[i] + pairs.bodies.half[0] + skin
-                    if (c - pairs.node_x[i]).norm_sqr() < far * far:
-                        if all(cube(pairs.node_x[i], inverse) == there) and (kind == FLUID_SHELL or may_touch(pairs.bodies, j, i)):
-                            gap, normal, q = disc_gap(pairs.bodies, i, c, radius)
-                            if gap < skin:
+                    x, half, flat = port.disc_x[i], port.disc_half[i], port.disc_radius[i]
+                    radius = port.ball_radius[j][port.disc_sound[i]]
+                    far = radius + flat + half + reach
+                    if (c - x).norm_sqr() < far * far:
+                        if all(cube(x, inverse) == there) and _two_things(pairs, j, i) == 1:
+                            gap, normal = disc_gap(x, port.disc_n[i], flat, half, c, radius)
+                            if gap < reach and _may(pairs, bodies, one, port.disc_body[i]) == 1:
                                 if write == 1:
-                                    _note(pairs, base + pairs.start[j] + found, kind, j, i, a, i)
+                                    _note(pairs, base + pairs.start[j] + found, j, i, 1)
                                 found += 1
         if write == 0:
             pairs.start[j + 1] = found
 
 
+@ti.func
+def _two_things(pairs: ti.template(), j, i):
+    """Whether the ball j and the disc i are two things that meet: of one shell, when they are far enough apart in the reference."""
+    port = pairs.port
+    result = 1
+    if port.ball_body[j] == port.disc_body[i]:
+        mine = port.ball_mover[j] - port.disc_mover[i] + i  # the disc of the ball's own mover
+        apart = (port.disc_X[i] - port.disc_X[mine]).norm()
+        if apart <= 2.0 * (port.disc_radius[i] + port.disc_radius[mine]) + 4.0 * port.disc_half[i]:
+            result = 0
+    return result
+
+
+@ti.func
+def _other_mover(pairs: ti.template(), k):
+    p = 0
+    if pairs.flat[k] == 1:
+        p = pairs.port.disc_mover[pairs.other[k]]
+    else:
+        p = pairs.port.ball_mover[pairs.other[k]]
+    return p
+
+
 @ti.kernel
-def _incidence(pairs: ti.template(), n: ti.i32, participants: ti.i32) -> ti.i32:
-    """Entries of each participant, in the order of the pairs; returns how many take part at all."""
-    taking_part = 0
+def _keep(pairs: ti.template(), n: ti.i32) -> ti.i32:
+    """Close the ranks of the pairs whose bodies are not due; returns how many they are."""
+    port = pairs.port
+    kept = 0
+    ti.loop_config(serialize=True)
+    for k in range(n):
+        ball, other, flat = pairs.ball[k], pairs.other[k], pairs.flat[k]
+        if port.due[port.ball_body[ball]] + port.due[port.body[_other_mover(pairs, k)]] == 0:
+            pairs.ball[kept], pairs.other[kept], pairs.flat[kept] = ball, other, flat
+            pairs.p[kept] = pairs.p[k]
+            kept += 1
+    return kept
+
+
+@ti.func
+def _root(pairs: ti.template(), body):
+    r = body
+    while pairs.root[r] != r:
+        r = pairs.root[r]
+    return r
+
+
+@ti.kernel
+def _incidence(pairs: ti.template(), n: ti.i32, movers: ti.i32, bodies: ti.i32, groups: ti.i32) -> ti.i32:
+    """The port's list, the entries of each mover on it in the order of the pairs, and the parts; returns how many are on the list."""
+    port = pairs.port
+    listed = 0
     ti.loop_config(serialize=True)
     for _ in range(1):
-        for p in range(participants + 1):
+        for p in range(movers + 1):
             pairs.place[p] = 0
+        for b in range(bodies):
+            pairs.root[b] = b
         for k in range(n):
-            pairs.place[pairs.a[k] + 1] += 1
-            pairs.place[pairs.b[k] + 1] += 1
-        for p in range(participants):
+            one, other = port.ball_mover[pairs.ball[k]], _other_mover(pairs, k)
+            pairs.place[one + 1] += 1
+            pairs.place[other + 1] += 1
+            r, s = _root(pairs, port.body[one]), _root(pairs, port.body[other])
+            pairs.root[ti.max(r, s)] = ti.min(r, s)
+        for b in range(bodies):
+            pairs.root[b] = _root(pairs, b)
+        g = 0
+        for p in range(movers):
+            while g < groups and pairs.starts[g] == p:
+                pairs.starts[g] = listed
+                g += 1
             count = pairs.place[p + 1]
             if count > 0:
-                pairs.who[taking_part] = p
-                pairs.first[taking_part] = pairs.place[p]
-                taking_part += 1
+                port.who[listed], port.whose[listed] = p, port.body[p]
+                pairs.first[listed] = pairs.place[p]
+                pairs.part[listed] = pairs.root[port.body[p]]
+                listed += 1
             pairs.place[p + 1] += pairs.place[p]
-        pairs.first[taking_part] = 2 * n
+        while g < groups:
+            pairs.starts[g] = listed
+            g += 1
+        pairs.first[listed] = 2 * n
         for k in range(n):
             for side in range(2):
-                p = pairs.a[k] if side == 0 else pairs.b[k]
+                p = port.ball_mover[pairs.ball[k]]
+                if side == 1:
+                    p = _other_mover(pairs, k)
                 pairs.entry[pairs.place[p]] = 2 * k + side
                 pairs.place[p] += 1
-    return taking_part
+        for m in range(listed):
+            for e in range(pairs.first[m], pairs.first[m + 1]):
+                k = pairs.entry[e] // 2
+                if pairs.entry[e] % 2 == 0:
+                    pairs.a[k] = m
+                else:
+                    pairs.b[k] = m
+    return listed

@@ -33,7 +33,8 @@ class Met(NamedTuple):
 class Meeting(Frozen):
     """Whether two bodies meet, and how. Pairs that no meeting names meet; a shell meets itself by its `self_contact` alone.
 
-    `restitution`: Newton's, of two rigid bodies; None: the larger of their own.
+    `restitution`: Newton's, of each pair of points that meet. None: of two rigid bodies the larger of their own, of others 0; what is
+    deformable bounces by itself.
     """
 
     between: tuple[str, str]
@@ -64,11 +65,9 @@ class Meeting(Frozen):
         if self.meet and not (one.meets and other.meets):
             flat = other if one.meets else one
             raise ValueError(f"{where}: {flat.what} '{flat.name}' moves in its plane and cannot be met; give it motion = 'free'")
-        soft = next((body for body in (one, other) if body.what != "rigid body"), None)
+        soft = next((body for body in (one, other) if body.what == "fluid"), None)
         if self.restitution is not None and soft is not None:
-            raise ValueError(
-                f"{where}.restitution is Newton's, of two rigid bodies; {soft.what} '{soft.name}' bounces by itself: leave it out"
-            )
+            raise ValueError(f"{where}.restitution is of solids; fluid '{soft.name}' bounces by its pressure: leave it out")
 
 
 def met(scene: Any, one: str, other: str) -> Met:

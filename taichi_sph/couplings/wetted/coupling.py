@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
 from ...bodies.body import Group, Now
 from ...bodies.fluid.group import FluidGroup
 from ...bodies.wettable import wettables
-from ...pool import Pool, restore_all, state_of
+from ...pool import Pool
 from ..coupling import Coupling
 from .wetted import FINE, Wetted
 
@@ -49,9 +47,3 @@ class WettedCoupling(Coupling):
     def add(self, now: Now) -> None:
         """The forces of the particles on surfaces, as one blow for all steps of the clock until the fluid's next."""
         self.wetted.bear(self.fluid.every if now.due(self.fluid) else 0)
-
-    def state(self) -> dict[str, np.ndarray]:
-        return state_of(self.pools())
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        restore_all(self.pools(), state)

@@ -7,13 +7,13 @@ written. Eight-node elements give their corners. Keywords that make or move node
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from ...errors import SceneError
-from .raw import Cells, Nodes, Raw, Text, left_out, shown
+from .raw import Cells, Nodes, Raw, Text, left_out, refused, shown
 
 CORNERS = dict.fromkeys("S3 S3R S3RS S3T STRI3 M3D3 SFM3D3 CPS3 CPE3 DS3".split(), (3, 3))
 CORNERS |= dict.fromkeys("S4 S4R S4RS S4RSW S4R5 S4RT S4T M3D4 M3D4R SFM3D4 SFM3D4R CPS4 CPS4R CPS4I CPE4 CPE4R CPE4I DS4".split(), (4, 4))
@@ -21,8 +21,7 @@ CORNERS |= dict.fromkeys("STRI65 M3D6 CPS6 CPS6M DS6 SFM3D6".split(), (3, 6))
 CORNERS |= dict.fromkeys("S8R S8R5 S8RT M3D8 M3D8R CPS8 CPS8R DS8 SFM3D8 SFM3D8R".split(), (4, 8))
 CORNERS |= dict.fromkeys("S9R5 M3D9 M3D9R".split(), (4, 9))
 RIGID = {"R3D3": (3, 3), "R3D4": (4, 4)}  # taken where the file has nothing that deforms
-BESIDE = ("B2", "B3", "T2D", "T3D", "PIPE", "ELBOW", "FRAME", "CONN", "MASS", "ROTARYI", "SPRING", "DASHPOT", "JOINT", "RB2D", "RB3D")
-BESIDE += ("GAP", "DCOUP", "HEATCAP", "R2D", "RAX", "SROT", "PSI", "ITS", "DC1")
+BESIDE = tuple("B2 B3 T2D T3D PIPE ELBOW FRAME CONN MASS ROTARYI SPRING DASHPOT JOINT RB2D RB3D GAP DCOUP HEATCAP R2D RAX PSI ITS".split())
 REFUSED = {
     "INCLUDE": "is not followed: merge the files",
     "NGEN": "makes nodes and is not followed: write them as *NODE",
@@ -41,6 +40,9 @@ REFUSED = {
 JOINING = ("TIE", "MPC", "EQUATION", "COUPLING", "KINEMATIC COUPLING", "RIGID BODY", "FASTENER", "SHELL TO SOLID COUPLING")
 
 
+Block = tuple[str, dict[str, str], list[tuple[int, str]]]  # keyword, options, data lines with their numbers
+
+
 @dataclass
 class Part:
     """The mesh of one *PART, or of a file without parts."""
@@ -49,11 +51,19 @@ class Part:
     text: Text
     nodes: Nodes = field(init=False)
     cells: Cells = field(init=False)
-    sets: dict[str, tuple[str, list[int]]] = field(default_factory=dict)  # by name in capitals: name, element numbers
+    sets: dict[str, tuple[str, list[range]]] = field(default_factory=dict)  # by name in capitals: name, element numbers
     thickness: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.nodes, self.cells = Nodes(self.text), Cells(self.text)
+
+    def rows(self, numbers: list[range]) -> list[int]:
+        """Rows of the elements of a set; what else it has (beams, say) is not there."""
+        seen, found = self.cells.seen, []
+        for some in numbers:
+            few = some if len(some) < len(seen) else (n for n in seen if n in some)
+            found += [seen[n] for n in few if n in seen]
+        return found
 
 
 @dataclass
@@ -106,7 +116,7 @@ class _Reader:
         self.scope = self.flat
         self.where = ""  # "", "part", "assembly", "instance"
         self.instance: Instance | None = None
-        self.assembly_sets: list[tuple[str, str, list[int]]] = []  # name, instance in capitals, element numbers
+        self.assembly_sets: list[tuple[str, str, list[range]]] = []  # name, instance in capitals, element numbers
         self.system: tuple[np.ndarray, np.ndarray] | None = None
         self.beside: dict[str, int] = {}
         self.joining: dict[str, int] = {}
@@ -119,9 +129,10 @@ class _Reader:
             self.text.fail(f"the file ends inside *{self.where.upper()}: it is cut off")
         return self._raw()
 
-    def _blocks(self):
+    def _blocks(self) -> Iterator[Block]:
         """(keyword, options, data lines with their numbers) of each block."""
-        text, block = self.text, None
+        text = self.text
+        block: Block | None = None
         lines = iter(text)
         for line in lines:
             if line.startswith("**") or not line.strip():
@@ -279,7 +290,7 @@ class _Reader:
         corners, count = self.corners[kind]
         self.dropped += count > 4 or (count > 3 and corners == 3)
         region = options.get("ELSET") or None
-        rows: list[int] = []
+        rows: list[range] = []
         held: list[str] = []
         for text.number, line in data:
             fields = line.split(",")
@@ -289,8 +300,10 @@ class _Reader:
             if len(held) != count + 1:
                 text.fail(f"{shown(line)}: an element of type {kind} has a number and {count} nodes, here are {len(held)} numbers")
             number, *nodes = (text.integer(f, "the number of a node or an element") for f in held)
+            if min(nodes) <= 0:
+                text.fail(f"element {number} refers to node {min(nodes)}; nodes have numbers from 1")
             self.scope.cells.add(number, tuple(nodes[:corners]))
-            rows.append(number)
+            rows.append(range(number, number + 1))
             held = []
         if held:
             text.fail(f"the last element of *ELEMENT, TYPE={kind} is cut off")
@@ -300,7 +313,7 @@ class _Reader:
     def _elset(self, options: dict[str, str], data: list[tuple[int, str]]) -> None:
         text = self.text
         name, instance = self._option(options, "ELSET", "ELSET"), options.get("INSTANCE", "").upper()
-        found: list[int] = []
+        found: list[range] = []
         others = self.scope.sets
         for text.number, line in data:
             fields = [f.strip() for f in line.split(",") if f.strip()]
@@ -308,13 +321,14 @@ class _Reader:
                 if len(fields) not in (2, 3):
                     text.fail(f"{shown(line)}: GENERATE takes first, last and step")
                 first, last, step = ([text.integer(f) for f in fields] + [1])[:3]
-                if step < 1 or last < first or (last - first) // step > 50_000_000:
+                if step < 1 or last < first:
                     text.fail(f"{shown(line)}: GENERATE from {first} to {last} in steps of {step}")
-                found += range(first, last + 1, step)
+                found.append(range(first, last + 1, step))
                 continue
             for f in fields:
                 if f.lstrip("+-").isdigit():
-                    found.append(text.integer(f))
+                    one = text.integer(f)
+                    found.append(range(one, one + 1))
                 elif f.strip('"').upper() in others:
                     found += others[f.strip('"').upper()][1]
                 elif self.where == "assembly":
@@ -323,7 +337,8 @@ class _Reader:
                     if matching:
                         self.assembly_sets += [(name, i, list(numbers)) for _, i, numbers in matching]
                     elif inst and label.isdigit():
-                        self.assembly_sets.append((name, inst.upper(), [text.integer(label)]))
+                        one = text.integer(label)
+                        self.assembly_sets.append((name, inst.upper(), [range(one, one + 1)]))
                     else:
                         text.fail(f"*ELSET {name} names the set {shown(f)}, which is not there yet")
                 else:
@@ -364,7 +379,7 @@ class _Reader:
             text.fail("elements stand both in parts and outside of them")
         placed = [(i, p) for i, p in placed if p.cells.corners]
         if not placed:
-            raise SceneError(f"mesh {text.name} has no shell elements (S3, S4R, M3D4, ...){'; ' + notes[0] if notes else ''}")
+            raise refused(f"mesh {text.name} has no shell elements (S3, S4R, M3D4, ...){'; ' + notes[0] if notes else ''}")
         several = len(placed) > 1
         points, cells, node_ids, cell_ids, node_owner, cell_owner = [], [], [], [], [], []
         regions: dict[str, list[np.ndarray]] = {}
@@ -386,7 +401,7 @@ class _Reader:
             if instance.name:
                 regions.setdefault(instance.name, []).append(row + np.arange(len(cell)))
             for key, (name, numbers) in part.sets.items():
-                rows = [part.cells.seen[n] for n in numbers if n in part.cells.seen]
+                rows = part.rows(numbers)
                 if rows:
                     full = f"{instance.name}.{name}" if count[key] > 1 else name
                     regions.setdefault(full, []).append(row + np.array(rows, np.int64))
@@ -394,7 +409,7 @@ class _Reader:
                         thickness[full] = part.thickness[key]
             for name, owner, numbers in self.assembly_sets:
                 if owner == instance.name.upper():
-                    rows = [part.cells.seen[n] for n in numbers if n in part.cells.seen]
+                    rows = part.rows(numbers)
                     if rows:
                         regions.setdefault(name, []).append(row + np.array(rows, np.int64))
             shift += len(at)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
 import subprocess
 import sys
 import tempfile
@@ -17,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import SceneError
-from .raw import Raw
+from .raw import Raw, refused
 
 FORMATS = {".vtu": "vtu", ".vtk": "vtk", ".med": "med", ".xdmf": "xdmf", ".mesh": "medit"}
 MEMORY = 16 * 2**30  # bytes of address space of the process
@@ -29,21 +30,23 @@ FROM = {".med": 1, ".mesh": 1}  # first number of a node; VTK and XDMF count fro
 def read(path: Path, time_limit: float) -> Raw:
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "mesh.npz"
+        root = str(Path(__file__).parents[3])  # of this package, wherever it was found
+        paths = [os.path.abspath(p) for p in os.environ.get("PYTHONPATH", "").split(os.pathsep) if p]
         try:
             done = subprocess.run(
-                [sys.executable, "-m", "taichi_sph.geometry.meshfiles.foreign", str(path.resolve()), str(out)],
+                [sys.executable, "-P", "-m", "taichi_sph.geometry.meshfiles.foreign", str(path.resolve()), str(out)],
                 capture_output=True,
                 timeout=time_limit,
                 stdin=subprocess.DEVNULL,
+                env={**os.environ, "PYTHONPATH": os.pathsep.join([root, *paths])},
+                cwd=path.resolve().parent,  # an XDMF file names the arrays beside it; with -P no program there is imported
             )
         except subprocess.TimeoutExpired:
-            raise SceneError(
-                f"mesh {path.name} was not read within {time_limit:g} s: it is damaged, or needs a longer time_limit"
-            ) from None
+            raise refused(f"mesh {path.name} was not read within {time_limit:g} s: it is damaged, or needs a longer time_limit") from None
         if done.returncode == 3:
-            raise SceneError(done.stdout.decode("utf-8", errors="replace").strip())
+            raise refused(done.stdout.decode("utf-8", errors="replace").strip())
         if done.returncode != 0 or not out.is_file():
-            raise SceneError(f"mesh {path.name} cannot be read as {path.suffix}: its reader broke off (code {done.returncode})")
+            raise refused(f"mesh {path.name} cannot be read as {path.suffix}: its reader broke off (code {done.returncode})")
         with np.load(out) as arrays:
             regions = {str(name): arrays[f"region_{k}"] for k, name in enumerate(arrays["names"])}
             points, cells = arrays["points"], arrays["cells"]
@@ -72,7 +75,7 @@ def _meshio(path: Path) -> Any:
                 return meshio.read(path, file_format=FORMATS[path.suffix.lower()])
     except (Exception, SystemExit) as error:
         why = "" if isinstance(error, SystemExit) else "".join(c for c in " ".join(str(error).split()) if c.isprintable())[:120]
-        raise SceneError(f"mesh {path.name} cannot be read as {path.suffix}{f' ({why})' if why else ''}") from None
+        raise refused(f"mesh {path.name} cannot be read as {path.suffix}{f' ({why})' if why else ''}") from None
 
 
 def _arrays(name: str, mesh: Any) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
@@ -80,17 +83,17 @@ def _arrays(name: str, mesh: Any) -> tuple[np.ndarray, np.ndarray, dict[str, np.
     try:
         points = np.asarray(mesh.points, dtype=np.float64)
         if points.ndim != 2 or points.shape[1] not in (2, 3) or len(points) == 0:
-            raise SceneError(f"mesh {name} has no points")
+            raise refused(f"mesh {name} has no points")
         points = np.column_stack([points, np.zeros((len(points), 3 - points.shape[1]))])
         blocks, kept = [], []
         for number, block in enumerate(mesh.cells):
             if block.type in ("triangle", "quad"):
                 data = np.asarray(block.data)
                 if data.dtype.kind not in "iu" or data.ndim != 2:
-                    raise SceneError(f"mesh {name}: its cells refer to nodes by numbers that are not whole")
+                    raise refused(f"mesh {name}: its cells refer to nodes by numbers that are not whole")
                 wrong = (data.astype(np.float64) < 0) | (data.astype(np.float64) >= len(points))
                 if wrong.any():
-                    raise SceneError(
+                    raise refused(
                         f"mesh {name}: a {block.type} refers to node {data[wrong][0]}, which does not exist ({len(points)} nodes)"
                     )
                 full = np.full((len(data), 4), -1, np.int64)
@@ -98,7 +101,7 @@ def _arrays(name: str, mesh: Any) -> tuple[np.ndarray, np.ndarray, dict[str, np.
                 blocks.append(full)
                 kept.append(number)
             elif not block.type.startswith(IGNORED):
-                raise SceneError(
+                raise refused(
                     f"mesh {name} has {len(block.data)} cells of type '{block.type}'; a shell is made of triangles and "
                     "quadrangles of first order"
                 )
@@ -107,7 +110,7 @@ def _arrays(name: str, mesh: Any) -> tuple[np.ndarray, np.ndarray, dict[str, np.
     except SceneError:
         raise
     except (ValueError, TypeError, IndexError, KeyError) as error:
-        raise SceneError(f"mesh {name}: its arrays do not fit each other ({' '.join(str(error).split())[:100]})") from None
+        raise refused(f"mesh {name}: its arrays do not fit each other ({' '.join(str(error).split())[:100]})") from None
 
 
 def _regions(mesh: Any, kept: list[int]) -> dict[str, np.ndarray]:
@@ -116,8 +119,8 @@ def _regions(mesh: Any, kept: list[int]) -> dict[str, np.ndarray]:
     for key, data in mesh.cell_data.items():
         if key not in GROUPS and not (key == "cell_tags" and tags):
             continue
-        values = [np.asarray(data[k]).ravel() for k in kept]
-        values = np.concatenate(values) if values else np.zeros(0)
+        blocks = [np.asarray(data[k]).ravel() for k in kept]
+        values = np.concatenate(blocks) if blocks else np.zeros(0)
         for value in np.unique(values):
             if not float(value).is_integer():
                 continue
@@ -141,7 +144,8 @@ def _main(path: str, out: str) -> int:
         print(f"mesh {Path(path).name} asks for more than {MEMORY // 2**30} GB of memory: it is damaged or too large")
         return 3
     names = np.array(list(raw.regions), dtype=str)
-    np.savez(out, points=raw.points, cells=raw.cells, names=names, **{f"region_{k}": v for k, v in enumerate(raw.regions.values())})
+    arrays: dict[str, Any] = {f"region_{k}": v for k, v in enumerate(raw.regions.values())}
+    np.savez(out, points=raw.points, cells=raw.cells, names=names, **arrays)
     return 0
 
 

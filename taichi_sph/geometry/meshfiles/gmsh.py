@@ -10,8 +10,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from ...errors import SceneError
-from .raw import LARGEST, Raw, shown
+from .raw import LARGEST, Raw, refused, shown
 
 # number of nodes by type; what is no shell by name
 NODES = {1: 2, 2: 3, 3: 4, 4: 4, 5: 8, 6: 6, 7: 5, 8: 3, 9: 6, 10: 9, 11: 10, 12: 27, 13: 18, 14: 14, 15: 1, 16: 8, 17: 20, 18: 15, 19: 13}
@@ -32,7 +31,7 @@ class _Reader:
 
     def fail(self, why: str) -> NoReturn:
         line = self.data.count(b"\n", 0, self.place) + 1
-        raise SceneError(f"mesh {self.name}, {'byte ' + str(self.place) if self.binary else 'line ' + str(line)}: {why}")
+        raise refused(f"mesh {self.name}, {'byte ' + str(self.place) if self.binary else 'line ' + str(line)}: {why}")
 
     def read(self) -> Raw:
         if self.data.lstrip()[:1] == b"(":
@@ -57,28 +56,31 @@ class _Reader:
         self.end("MeshFormat")
         names: dict[tuple[int, int], str] = {}
         physical: dict[tuple[int, int], list[int]] = {}
-        found: dict[str, tuple] = {}
+        nodes: tuple[np.ndarray, np.ndarray] | None = None
+        elements: tuple[np.ndarray, np.ndarray, list[list[int]]] | None = None
+        seen: set[str] = set()
         while (section := self.next_section()) is not None:
-            if section in found:
+            if section in seen:
                 self.fail(f"${section} is there twice")
+            seen.add(section)
             match section:
                 case "PhysicalNames":
                     names = self.names()
                 case "Entities":
                     physical = self.entities()
                 case "Nodes":
-                    found[section] = self.nodes4() if version == "4.1" else self.nodes2()
+                    nodes = self.nodes4() if version == "4.1" else self.nodes2()
                 case "Elements":
-                    found[section] = self.elements4(physical) if version == "4.1" else self.elements2()
+                    elements = self.elements4(physical) if version == "4.1" else self.elements2()
                 case "PartitionedEntities":
                     self.fail("a partitioned mesh is not supported: save it whole")
                 case _:
                     self.skip(section)
                     continue
             self.end(section)
-        if "Nodes" not in found or "Elements" not in found:
+        if nodes is None or elements is None:
             self.fail("the file ends without its $Nodes and $Elements: it is cut off")
-        return self.raw(*found["Nodes"], *found["Elements"], names)
+        return self.made(nodes, elements, names)
 
     # lines, sections, numbers
     def line(self) -> str:
@@ -288,17 +290,25 @@ class _Reader:
         if min(nodes) <= 0:
             self.fail(f"{min(nodes)} is no number of a node")
 
-    def raw(self, ids, points, numbers, corners, groups, names) -> Raw:
+    def made(
+        self,
+        found: tuple[np.ndarray, np.ndarray],
+        elements: tuple[np.ndarray, np.ndarray, list[list[int]]],
+        names: dict[tuple[int, int], str],
+    ) -> Raw:
+        (ids, points), (numbers, corners, groups) = found, elements
         row = {int(n): k for k, n in enumerate(ids)}
         if len(row) < len(ids):
             number, count = np.unique(ids, return_counts=True)
-            raise SceneError(f"mesh {self.name}: node {number[np.argmax(count)]} is given {count.max()} times")
+            raise refused(f"mesh {self.name}: node {number[np.argmax(count)]} is given {count.max()} times")
         once: dict[tuple[int, ...], int] = {}
-        cells, keep, regions = [], [], {}
+        cells: list[list[int]] = []
+        keep: list[int] = []
+        regions: dict[int, dict[int, bool]] = {}
         for k, nodes in enumerate(corners.tolist()):
             missing = next((n for n in nodes if n >= 0 and n not in row), None)
             if missing is not None:
-                raise SceneError(f"mesh {self.name}: element {numbers[k]} refers to node {missing}, which the file does not give")
+                raise refused(f"mesh {self.name}: element {numbers[k]} refers to node {missing}, which the file does not give")
             tags = [abs(t) for t in groups[k]]
             key = tuple(sorted(nodes))
             before = once.get(key)

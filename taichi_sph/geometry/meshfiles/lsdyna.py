@@ -9,8 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import SceneError
-from .raw import Cells, Nodes, Raw, Text, fixed, left_out, raw, shown
+from .raw import Cells, Nodes, Raw, Text, fixed, left_out, raw, refused, shown
 
 BESIDE = ("ELEMENT_BEAM", "ELEMENT_DISCRETE", "ELEMENT_MASS", "ELEMENT_INERTIA", "ELEMENT_SEATBELT", "ELEMENT_PLOTEL", "ELEMENT_BEARING")
 EXTRA = {"THICKNESS": 0, "BETA": 0, "MCID": 0, "OFFSET": 1}  # options of *ELEMENT_SHELL: the first three share one more line
@@ -35,7 +34,8 @@ class _Reader:
 
     def read(self) -> Raw:
         text = self.text
-        keyword, block = "", []
+        keyword = ""
+        block: list[tuple[int, str]] = []
         ended = False
         for line in text:
             if line.startswith("$") or (not line.strip() and not keyword.startswith(("PART", "SECTION", "SET"))):
@@ -55,7 +55,7 @@ class _Reader:
             self._block(keyword, block)
             text.fail("the file has no *END: it is cut off")
         if not self.cells.corners:
-            raise SceneError(f"mesh {text.name} has no *ELEMENT_SHELL{'; ' + left_out(self.beside)[0] if self.beside else ''}")
+            raise refused(f"mesh {text.name} has no *ELEMENT_SHELL{'; ' + left_out(self.beside)[0] if self.beside else ''}")
         result = raw(self.nodes, self.cells, notes=left_out(self.beside) + self.notes)
         names = list(self.titles.values())
         for pid, title in self.titles.items():

@@ -5,18 +5,28 @@ Counts are held against the length of the file before anything is read by them.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn, Protocol
 
 import numpy as np
 
-from ...errors import SceneError
-from .raw import Raw, Text, shown
+from .raw import Raw, Text, refused, shown
 
 SCALARS = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4", "double": "f8"}
 SCALARS |= {"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4", "float32": "f4", "float64": "f8"}
 ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": "="}
 REFUSED_IN_OBJ = ("curv", "curv2", "surf", "cstype", "call", "csh", "bzp", "bsp", "cdc", "res", "trace_obj")
+
+
+Property = tuple[str, str, str | None]  # name, dtype, dtype of the length of a list
+Taker = Callable[[str, int, list[Property]], dict[str, Any]]  # name, count, properties of an element -> columns
+
+
+class Fail(Protocol):
+    """Raises what is wrong with a file."""
+
+    def __call__(self, why: str) -> NoReturn: ...
 
 
 def _raw(points: list | np.ndarray, cells: list | np.ndarray, first: int, **more: object) -> Raw:
@@ -124,7 +134,8 @@ def off(path: Path) -> Raw:
     n, m = (text.integer(w) for w in rows[0][1][:2])
     if n < 0 or m < 0 or len(rows) - 1 != n + m:
         text.fail(f"{n} vertices and {m} faces are announced, and {len(rows) - 1} lines follow")
-    points, cells = [], []
+    points: list[list[float]] = []
+    cells: list[list[int]] = []
     for text.number, words in rows[1 : n + 1]:
         if len(words) < 3:
             text.fail(f"{shown(' '.join(words))} is no vertex: x, y, z")
@@ -219,12 +230,12 @@ def ply(path: Path) -> Raw:
     for name, count, props in elements:
         columns = take(name, count, props)
         if name == "vertex":
-            if not all(c in columns for c in "xyz"):
+            if not all(isinstance(columns.get(c), np.ndarray) for c in "xyz"):
                 fail("its vertices lack x, y or z")
             points = np.column_stack([columns[c] for c in "xyz"]).astype(np.float64)
         elif name == "face":
             lists = next((columns[c] for c in ("vertex_indices", "vertex_index") if c in columns), None)
-            if lists is None or isinstance(lists, np.ndarray):
+            if not isinstance(lists, list):
                 fail("its faces have no list vertex_indices")
             cells = np.full((count, 4), -1, np.int64)
             for row, corners in enumerate(lists):
@@ -240,9 +251,10 @@ def ply(path: Path) -> Raw:
     return _raw(points, cells, 0, cell_word="face")
 
 
-def _ply_header(header: str, fail) -> tuple[str, list[tuple[str, int, list[tuple[str, str, str | None]]]]]:
+def _ply_header(header: str, fail: Fail) -> tuple[str, list[tuple[str, int, list[Property]]]]:
     """Format and elements: name, count, properties (name, dtype, dtype of the length of a list)."""
-    kind, elements = "", []
+    kind = ""
+    elements: list[tuple[str, int, list[Property]]] = []
     for line in header.splitlines()[1:]:
         words = line.split()
         match words:
@@ -260,13 +272,13 @@ def _ply_header(header: str, fail) -> tuple[str, list[tuple[str, int, list[tuple
                 fail(f"{shown(line)} is no line of a PLY header")
     if not kind:
         fail("the header names no format (ascii, binary_little_endian, binary_big_endian)")
-    names = [e[0] for e in elements]
-    if len(set(names)) < len(names):
-        fail("the header announces an element twice")
+    for names in ([e[0] for e in elements], *([p[0] for p in e[2]] for e in elements)):
+        if len(set(names)) < len(names):
+            fail("the header announces an element or a property twice")
     return kind, elements
 
 
-def _ascii_taker(body: bytes, fail):
+def _ascii_taker(body: bytes, fail: Fail) -> Taker:
     words = body.split()
     place = 0
 
@@ -281,7 +293,7 @@ def _ascii_taker(body: bytes, fail):
             fail(f"{shown(word.decode('latin-1'))} stands where a whole number should")
         return int(word)
 
-    def take(name: str, count: int, props: list) -> dict:
+    def take(name: str, count: int, props: list[Property]) -> dict[str, Any]:
         nonlocal place
         columns: dict[str, list] = {p[0]: [] for p in props}
         if not name and place < len(words):
@@ -305,21 +317,21 @@ def _ascii_taker(body: bytes, fail):
     return take
 
 
-def _binary_taker(body: bytes, order: str, fail):
+def _binary_taker(body: bytes, order: str, fail: Fail) -> Taker:
     place = 0
 
-    def take(name: str, count: int, props: list) -> dict:
+    def take(name: str, count: int, props: list[Property]) -> dict[str, Any]:
         nonlocal place
         if not name:
             if place < len(body):
                 fail(f"{len(body) - place} bytes stand behind the last element: the counts of its header do not fit")
             return {}
         if not any(p[2] for p in props):
-            dtype = np.dtype([(f"p{k}", order + p[1]) for k, p in enumerate(props)])
-            if count * dtype.itemsize > len(body) - place:
+            row = np.dtype([(f"p{k}", order + p[1]) for k, p in enumerate(props)])
+            if count * row.itemsize > len(body) - place:
                 fail("the file ends too early: it is cut off")
-            rows = np.frombuffer(body, dtype, count, place)
-            place += count * dtype.itemsize
+            rows = np.frombuffer(body, row, count, place)
+            place += count * row.itemsize
             return {p[0]: rows[f"p{k}"].astype(np.float64) for k, p in enumerate(props)}
         columns: dict[str, list] = {p[0]: [] for p in props}
         for _ in range(count):
@@ -342,8 +354,8 @@ def _binary_taker(body: bytes, order: str, fail):
     return take
 
 
-def _failing(path: Path):
+def _failing(path: Path) -> Fail:
     def fail(why: str) -> NoReturn:
-        raise SceneError(f"mesh {path.name}: {why}")
+        raise refused(f"mesh {path.name}: {why}")
 
     return fail

@@ -9,8 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import SceneError
-from .raw import Cells, Nodes, Raw, Text, fixed, left_out, raw, shown
+from .raw import Cells, Nodes, Raw, Text, fixed, left_out, raw, refused, shown
 
 BESIDE = ("BEAM", "TRUSS", "SPRING", "RBODY", "RBE2", "RBE3", "RWALL", "ADMAS", "XELEM")
 SOLIDS = ("BRICK", "BRIC20", "TETRA4", "TETRA10", "PENTA6", "SHEL16", "SPHCEL", "QUAD", "TRIA")
@@ -53,11 +52,11 @@ def read(path: Path) -> Raw:
                 f = fixed(line, *[10] * (corners + 1))
                 if "" in f[:4]:
                     text.fail(f"{shown(line)} is no shell: number and {corners} nodes in 10 columns each")
-                n, *c = (text.integer(v or "0", "the number of a node or an element") for v in f)
+                element, *c = (text.integer(v or "0", "the number of a node or an element") for v in f)
                 if 0 in c[:3]:
                     text.fail(f"{shown(line)} is no shell: number and {corners} nodes in 10 columns each")
                 singly += any(text.real(v, "an angle or a thickness") for v in line[10 * (corners + 1) :].split())
-                cells.add(n, tuple(c), f"pid {pid}")
+                cells.add(element, tuple(c), f"pid {pid}")
         elif kind == "PART" and len(lines) >= 2:
             pid = number()
             titles[pid] = "".join(c for c in lines[0][1].strip() if c.isprintable())
@@ -111,7 +110,7 @@ def read(path: Path) -> Raw:
     if not ended:
         text.fail("the file has no /END: it is cut off")
     if not cells.corners:
-        raise SceneError(f"mesh {text.name} has no /SHELL and no /SH3N{'; ' + left_out(beside)[0] if beside else ''}")
+        raise refused(f"mesh {text.name} has no /SHELL and no /SH3N{'; ' + left_out(beside)[0] if beside else ''}")
     notes = left_out(beside)
     if singly:
         notes.append(f"angles and thicknesses of {singly} single elements not kept")

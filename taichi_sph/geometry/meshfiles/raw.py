@@ -14,7 +14,6 @@ import numpy as np
 from ...errors import SceneError
 
 LARGEST = 2**31 - 2  # number of a node or an element that a file may use
-DIGITS = frozenset("0123456789+-.eEdD")
 
 
 @dataclass
@@ -60,7 +59,7 @@ class Text:
         data = path.read_bytes()
         self.name = path.name
         if b"\0" in data:
-            raise SceneError(f"mesh {self.name} is no text file: a zero byte stands at {data.index(0)}")
+            raise refused(f"mesh {self.name} is no text file: a zero byte stands at {data.index(0)}")
         self.lines = data.decode("utf-8", errors="replace").splitlines()
         self.number = 0
 
@@ -70,11 +69,13 @@ class Text:
             yield self.lines[self.number - 1]
 
     def fail(self, why: str, line: int | None = None) -> NoReturn:
-        raise SceneError(f"mesh {self.name}, line {line or self.number}: {why}")
+        raise refused(f"mesh {self.name}, line {line or self.number}: {why}")
 
     def integer(self, text: str, what: str = "a whole number") -> int:
         """A number of a node or an element, 0 to 2^31."""
         digits = text.strip()
+        if len(digits) < 10 and digits.isdecimal():
+            return int(digits)
         if not (digits.isascii() and digits.lstrip("+-").isdigit() and len(digits) < 20):
             self.fail(f"{shown(text)} stands where {what} should")
         value = int(digits)
@@ -84,14 +85,22 @@ class Text:
 
     def real(self, text: str, what: str = "a number") -> float:
         """A finite number; the exponent may be Fortran's (1.0D-3)."""
-        stripped = text.strip()
         try:
-            value = float(stripped.replace("d", "e").replace("D", "e")) if DIGITS.issuperset(stripped) else math.nan
+            value = float(text)
         except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
+            try:
+                value = float(text.replace("d", "e").replace("D", "e"))
+            except ValueError:
+                value = math.nan
+        if not math.isfinite(value) or "_" in text:
             self.fail(f"{shown(text)} stands where {what} should")
         return value
+
+
+def refused(why: str) -> SceneError:
+    """The error of a sentence: on one line, whatever names and words of the file stand in it."""
+    plain = "".join(c if c.isprintable() else "?" for c in why)
+    return SceneError(plain if len(plain) <= 390 else f"{plain[:380]} ...")
 
 
 def shown(text: str) -> str:

@@ -60,6 +60,7 @@ MEASURES: dict[str, tuple[Measure, str]] = {  # name -> function, unit
     "pressure_slope": (fluid.pressure_slope, ""),
     "bottom_pressure": (fluid.bottom_pressure, ""),
     "restlessness": (fluid.restlessness, ""),
+    "mean_height": (fluid.mean_height, "m"),
     "surge_delay": (fluid.surge_delay, ""),
     "surge_deviation": (fluid.surge_deviation, ""),
     "surge_speed": (fluid.surge_speed, ""),

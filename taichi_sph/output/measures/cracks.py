@@ -25,7 +25,7 @@ RISEN = 0.9  # of the median speed: the rise is over
 
 def body_pattern(run: RunFolder, scene: Scene, body: str | None = None, cut: int = 0) -> Pattern:
     """The broken cells of a body at the end of the run, seen from one of its cuts."""
-    file = run.frames(body)
+    file = run.the("shell", body)
     cuts = next((shell.cuts for shell in scene.shells if shell.name == file.name), ())
     return pattern(file.body(-1), cuts, int(cut))
 
@@ -181,7 +181,7 @@ def crack_length(run: RunFolder, scene: Scene, *, body: str | None = None, cut: 
     if how not in ("straight", "longest", "total"):
         raise SceneError(f"option 'how' is 'straight', 'longest' or 'total', not {how!r}")
     if how != "straight":
-        lengths = crack_lengths(run.frames(body).body(-1))
+        lengths = crack_lengths(run.the("shell", body).body(-1))
         return float(lengths[:1].sum() if how == "longest" else lengths.sum())
     p = body_pattern(run, scene, body, cut)
     if p.crack.sum() < SMALL:
@@ -267,7 +267,7 @@ def crack_width(
     """Width [m] of the widest band of broken cells, or of cells with at least `damage`, at the share `at`
     of the body in the direction of the cut (0.5: mid-height): extent of the centres in the row of cells
     there, plus one spacing. None where no crack crosses."""
-    file = run.frames(body)
+    file = run.the("shell", body)
     last = file.body(-1)
     cuts = next((shell.cuts for shell in scene.shells if shell.name == file.name), ())
     p = pattern(last, cuts, int(cut), None if damage is None else last.cell_data["damage"] >= damage)

@@ -11,9 +11,8 @@ import numpy as np
 
 from ...errors import SceneError
 from ...frame import BodyFrame
-from ...scene import Scene
+from ...scene import Fluid, Scene
 from ..folder import RunFolder
-from ..frames import FramesFile
 from .perforation import of, striker_names
 
 # surge front of a column of width a and height 2a (n^2 = 2, a = 2.25 in), T = t sqrt(2 g / a) and Z = x / a:
@@ -24,18 +23,17 @@ MARTIN_MOYCE = np.array([
 ])  # fmt: skip
 
 
-def the_fluid(run: RunFolder) -> FramesFile:
-    files = run.of_kind("fluid")
-    if not files:
-        raise SceneError(f"'{run.path}' holds no frames of a fluid")
-    return files[0]
-
-
-def between(run: RunFolder, start: float, end: float) -> list[tuple[float, BodyFrame]]:
-    """(time [s], frame) of the fluid from `start` to `end` [s]."""
-    file = the_fluid(run)
+def between(run: RunFolder, start: float, end: float, fluid: str | None = None) -> list[tuple[float, BodyFrame]]:
+    """(time [s], frame) of a fluid from `start` to `end` [s]."""
+    file = run.the("fluid", fluid)
     slack = 1e-9 * float(file.times[-1])
     return [(float(t), file.body(i)) for i, t in enumerate(file.times) if start - slack <= t <= end + slack]
+
+
+def said_of(run: RunFolder, scene: Scene, fluid: str | None) -> Fluid:
+    """What the scene says of a fluid."""
+    name = run.the("fluid", fluid).name
+    return next(f for f in scene.fluids if f.name == name)
 
 
 def weight(scene: Scene) -> tuple[float, np.ndarray]:
@@ -51,53 +49,61 @@ def height(frame: BodyFrame, scene: Scene) -> np.ndarray:
     return -frame.points @ weight(scene)[1]
 
 
-def column(run: RunFolder, scene: Scene, start: float) -> tuple[np.ndarray, np.ndarray]:
+def column(run: RunFolder, scene: Scene, start: float, fluid: str | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Height [m] and pressure [Pa] of each particle, means over the frames from `start` [s] on."""
-    frames = [frame for _, frame in between(run, start, math.inf)]
+    frames = [frame for _, frame in between(run, start, math.inf, fluid)]
     return np.mean([height(f, scene) for f in frames], axis=0), np.mean([f.point_data["pressure"] for f in frames], axis=0)
 
 
-def diameter(run: RunFolder) -> float:
+def diameter(run: RunFolder, fluid: str | None = None) -> float:
     """D_0 [m]."""
-    return float(the_fluid(run).array("PointData", "diameter", 0)[0])
+    return float(run.the("fluid", fluid).array("PointData", "diameter", 0)[0])
 
 
-def pressure_slope(run: RunFolder, scene: Scene, *, start: float, skip: float = 3.0) -> float | None:
+def pressure_slope(run: RunFolder, scene: Scene, *, fluid: str | None = None, start: float, skip: float = 3.0) -> float | None:
     """Growth of the mean pressure with depth, over rho g: 1 in water at rest. Leaves out `skip` diameters at top and bottom;
     None where that leaves less than a diameter."""
-    z, p = column(run, scene, start)
-    margin = skip * diameter(run)
+    z, p = column(run, scene, start, fluid)
+    margin = skip * diameter(run, fluid)
     inner = (z > z.min() + margin) & (z < z.max() - margin)
-    if not inner.any() or np.ptp(z[inner]) < diameter(run):
+    if not inner.any() or np.ptp(z[inner]) < diameter(run, fluid):
         return None
-    return float(-np.polyfit(z[inner], p[inner], 1)[0] / (scene.fluids[0].water.density * weight(scene)[0]))
+    return float(-np.polyfit(z[inner], p[inner], 1)[0] / (said_of(run, scene, fluid).water.density * weight(scene)[0]))
 
 
-def bottom_pressure(run: RunFolder, scene: Scene, *, start: float, level: float) -> float:
+def bottom_pressure(run: RunFolder, scene: Scene, *, fluid: str | None = None, start: float, level: float) -> float:
     """Mean pressure of the lowest layer over rho g times its depth below `level` [m]: 1 in water at rest."""
-    z, p = column(run, scene, start)
-    low = z < z.min() + 0.5 * diameter(run)
-    return float(p[low].mean() / (scene.fluids[0].water.density * weight(scene)[0] * (level - z[low].mean())))
+    z, p = column(run, scene, start, fluid)
+    low = z < z.min() + 0.5 * diameter(run, fluid)
+    return float(p[low].mean() / (said_of(run, scene, fluid).water.density * weight(scene)[0] * (level - z[low].mean())))
 
 
-def restlessness(run: RunFolder, scene: Scene, *, start: float) -> float:
+def restlessness(run: RunFolder, scene: Scene, *, fluid: str | None = None, start: float) -> float:
     """Root mean square speed of the particles from `start` [s] on, over that of a fall through the depth of the water."""
-    frames = [frame for _, frame in between(run, start, math.inf)]
+    frames = [frame for _, frame in between(run, start, math.inf, fluid)]
     square = np.mean([(f.point_data["velocity"] ** 2).sum(axis=1).mean() for f in frames])
     return float(np.sqrt(square / (2 * weight(scene)[0] * np.ptp(height(frames[0], scene)))))
 
 
-def front(run: RunFolder, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+def mean_height(run: RunFolder, scene: Scene, *, fluid: str | None = None, time: float = math.inf) -> float:
+    """Mean height [m] of the particles of a fluid at the end, or in the frame nearest to `time` [s]."""
+    file = run.the("fluid", fluid)
+    return float(height(file.body(file.nearest(min(time, float(file.times[-1])))), scene).mean())
+
+
+def front(run: RunFolder, scene: Scene, fluid: str | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Times [s] and places [m] of the foremost water along x, half a diameter before the particle's centre."""
-    frames = between(run, 0.0, math.inf)
-    half = 0.5 * diameter(run)
+    frames = between(run, 0.0, math.inf, fluid)
+    half = 0.5 * diameter(run, fluid)
     return np.array([t for t, _ in frames]), np.array([f.points[:, 0].max() + half for _, f in frames])
 
 
-def surge_delay(run: RunFolder, scene: Scene, *, width: float, start: float = 0.0, end: float = math.inf) -> float | None:
+def surge_delay(
+    run: RunFolder, scene: Scene, *, fluid: str | None = None, width: float, start: float = 0.0, end: float = math.inf
+) -> float | None:
     """By how much later than ours the front of Martin and Moyce 1952 stands at the same place, in T: mean over their points from T =
     `start` to `end`, None where our front reaches none of them; width [m] of the column."""
-    t, x = front(run, scene)
+    t, x = front(run, scene, fluid)
     T = t * math.sqrt(2 * weight(scene)[0] / width)
     theirs, Z = MARTIN_MOYCE.T
     inside = (theirs >= start) & (theirs <= end) & (x[-1] / width >= Z)
@@ -105,13 +111,20 @@ def surge_delay(run: RunFolder, scene: Scene, *, width: float, start: float = 0.
 
 
 def surge_deviation(
-    run: RunFolder, scene: Scene, *, width: float, delay: float | None = None, start: float = 0.0, end: float = math.inf
+    run: RunFolder,
+    scene: Scene,
+    *,
+    fluid: str | None = None,
+    width: float,
+    delay: float | None = None,
+    start: float = 0.0,
+    end: float = math.inf,
 ) -> float | None:
     """Largest deviation of the front from Martin and Moyce 1952, over their Z, between the dimensionless times `start` and
     `end` of theirs; width [m] of the column; delay: dimensionless, by which the experiment starts later; None: surge_delay."""
-    t, x = front(run, scene)
+    t, x = front(run, scene, fluid)
     if delay is None:
-        delay = surge_delay(run, scene, width=width, start=start, end=end)
+        delay = surge_delay(run, scene, fluid=fluid, width=width, start=start, end=end)
     if delay is None:
         return None
     T = t * math.sqrt(2 * weight(scene)[0] / width) + delay
@@ -120,10 +133,10 @@ def surge_deviation(
     return float(np.abs(np.interp(at, T, x / width) / Z - 1).max()) if inside.any() else None
 
 
-def surge_speed(run: RunFolder, scene: Scene, *, width: float, start: float, end: float) -> float:
+def surge_speed(run: RunFolder, scene: Scene, *, fluid: str | None = None, width: float, start: float, end: float) -> float:
     """Mean speed dZ/dT of the front between two dimensionless times, over that of Martin and Moyce 1952. No origin of time
     is in it."""
-    t, x = front(run, scene)
+    t, x = front(run, scene, fluid)
     T, Z = t * math.sqrt(2 * weight(scene)[0] / width), x / width
     ours, theirs = (np.interp([start, end], *curve) for curve in ((T, Z), MARTIN_MOYCE.T))
     return float(np.diff(ours)[0] / np.diff(theirs)[0])
@@ -140,24 +153,35 @@ def head(frame: BodyFrame, scene: Scene, bottom: float, area: float) -> float:
     return float(left * frame.point_data["diameter"][0] ** 3 / area)
 
 
-def outflow(run: RunFolder, scene: Scene, *, bottom: float, area: float, radius: float, start: float, end: float) -> float:
+def outflow(
+    run: RunFolder, scene: Scene, *, fluid: str | None = None, bottom: float, area: float, radius: float, start: float, end: float
+) -> float:
     """Discharge coefficient of a hole of that radius [m] in the bottom [m] of a tank of that area [m2]: volume that fell through it
     between two times [s] over pi r^2 int sqrt(2 g H) dt, H the head of the moment."""
-    frames = between(run, start, end)
+    frames = between(run, start, end, fluid)
     g = weight(scene)[0]
-    one = diameter(run) ** 3
+    one = diameter(run, fluid) ** 3
     speed = [math.sqrt(2 * g * head(f, scene, bottom, area)) for _, f in frames]
     out = [one * fallen(f, scene, bottom).sum() for _, f in frames]
     return float((out[-1] - out[0]) / (math.pi * radius**2 * np.trapezoid(speed, [t for t, _ in frames])))
 
 
 def core_speed(
-    run: RunFolder, scene: Scene, *, bottom: float, area: float, radius: float, start: float, end: float, below: float = 1.0
+    run: RunFolder,
+    scene: Scene,
+    *,
+    fluid: str | None = None,
+    bottom: float,
+    area: float,
+    radius: float,
+    start: float,
+    end: float,
+    below: float = 1.0,
 ) -> float:
     """Speed of a jet on its axis (0, 0) over Torricelli's sqrt(2 g (H + s)), s the way that a particle has fallen below the hole: mean
     over the particles within half a radius of the axis, `below` to `below` + 1 radii under the hole."""
     g, found = weight(scene)[0], []
-    for _, frame in between(run, start, end):
+    for _, frame in between(run, start, end, fluid):
         s = bottom - height(frame, scene)
         off = np.hypot(frame.points[:, 0], frame.points[:, 1])
         core = (s > below * radius) & (s < (below + 1) * radius) & (off < 0.5 * radius)
@@ -168,27 +192,32 @@ def core_speed(
 
 
 def momentum_drift(run: RunFolder, scene: Scene) -> float:
-    """Largest change of the momentum of fluid and rigid bodies together, over that at the start. Of scenes without gravity and walls.
+    """Largest change of the momentum of fluids and rigid bodies together, over that at the start. Of scenes without gravity and walls.
 
     Frames keep single precision: 1e-6 is nothing.
     """
     rigids = {name: of(run, name) for name in striker_names(run)}
     mass = {body.name: body.mass for body in scene.rigids}
-    density = scene.fluids[0].water.density
+    density = {fluid.name: fluid.water.density for fluid in scene.fluids}
 
-    def total(t: float, frame: BodyFrame) -> np.ndarray:
-        water = density * frame.point_data["diameter"][0] ** 3 * frame.point_data["velocity"].astype(float).sum(axis=0)
-        return water + sum(mass[n] * np.array([np.interp(t, h.time, h[f"v{a}"]) for a in "xyz"]) for n, h in rigids.items())
+    def water(frame: BodyFrame) -> np.ndarray:
+        return density[frame.name] * frame.point_data["diameter"][0] ** 3 * frame.point_data["velocity"].astype(float).sum(axis=0)
 
-    sums = np.array([total(t, frame) for t, frame in between(run, 0.0, math.inf)])
+    def solid(t: float) -> np.ndarray:
+        return sum(mass[n] * np.array([np.interp(t, h.time, h[f"v{a}"]) for a in "xyz"]) for n, h in rigids.items())
+
+    pools = [between(run, 0.0, math.inf, fluid.name) for fluid in scene.fluids]
+    sums = np.array([sum(water(frame) for _, frame in instant) + solid(instant[0][0]) for instant in zip(*pools, strict=True)])
     return float(np.linalg.norm(sums - sums[0], axis=1).max() / np.linalg.norm(sums[0]))
 
 
-def layer_pressure(run: RunFolder, scene: Scene, *, axis: str, low: float, high: float, start: float, end: float) -> float | None:
+def layer_pressure(
+    run: RunFolder, scene: Scene, *, fluid: str | None = None, axis: str, low: float, high: float, start: float, end: float
+) -> float | None:
     """Mean pressure [Pa] of the particles between two places [m] along an axis, over the frames between two times [s]."""
     c = "xyz".index(axis) if axis in ("x", "y", "z") else None
     if c is None:
         raise SceneError(f"option 'axis' is 'x', 'y' or 'z', not {axis!r}")
-    found = [f.point_data["pressure"][(f.points[:, c] >= low) & (f.points[:, c] <= high)] for _, f in between(run, start, end)]
+    found = [f.point_data["pressure"][(f.points[:, c] >= low) & (f.points[:, c] <= high)] for _, f in between(run, start, end, fluid)]
     values = np.concatenate(found) if found else np.zeros(0)
     return float(values.mean()) if len(values) else None

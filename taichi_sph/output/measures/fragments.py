@@ -18,7 +18,6 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
-from ...errors import SceneError
 from ...frame import BodyFrame
 from ...scene import Scene, Shell
 from ..folder import RunFolder
@@ -186,30 +185,45 @@ def holes(f: Fragments) -> list[Hole]:
 # --- where it was hit ---------------------------------------------------------------------------
 
 
-def flight(run: RunFolder) -> tuple[np.ndarray, np.ndarray] | None:
-    """Place (3,) [m] and direction (3,) of the fastest rigid body at the start; None where none moves."""
-    best, speed = None, 0.0
+Flight = tuple[np.ndarray, np.ndarray, float]
+
+
+def flights(run: RunFolder) -> list[Flight]:
+    """Place (3,) [m], direction (3,) and speed [m/s] at the start of the rigid bodies that move, the fastest first."""
+    found = []
     for file in run.of_kind("rigid"):
         start = file.body(0)
         velocity = start.point_data["velocity"].mean(axis=0)
-        if np.linalg.norm(velocity) > speed:
-            speed = float(np.linalg.norm(velocity))
-            best = start.points.mean(axis=0), velocity / speed
-    return best
+        speed = float(np.linalg.norm(velocity))
+        if speed > 0:
+            found.append((start.points.mean(axis=0), velocity / speed, speed))
+    return sorted(found, key=lambda path: -path[2])
+
+
+def flight(run: RunFolder) -> Flight | None:
+    """That of the fastest rigid body at the start; None where none moves."""
+    return next(iter(flights(run)), None)
+
+
+def blow(run: RunFolder, body: BodyFrame) -> tuple[np.ndarray, np.ndarray] | None:
+    """Place (3,) [m] in the reference and direction (3,) of the first striker whose path meets the body; None where no path does."""
+    reference, spacing, found = body.reference, node_spacing(body.reference, body.cells), []
+    for start, direction, speed in flights(run):
+        along = (reference - start) @ direction
+        aside = np.linalg.norm(reference - start - along[:, None] * direction, axis=1)
+        near = np.flatnonzero((along > 0) & (aside <= 1.5 * spacing))
+        if len(near):
+            first = near[along[near] <= along[near].min() + spacing]
+            way = along[first[np.argmin(aside[first])]]
+            found.append((way / speed, start + way * direction, direction))
+    return min(found, key=lambda hit: hit[0])[1:] if found else None
 
 
 def struck_at(run: RunFolder, body: BodyFrame) -> np.ndarray:
-    """(3,) [m] in the reference: where the path of the striker first meets the body; without one, where it broke first."""
-    path = flight(run)
-    reference = body.reference
-    if path is not None:
-        start, direction = path
-        along = (reference - start) @ direction
-        aside = np.linalg.norm(reference - start - along[:, None] * direction, axis=1)
-        near = np.flatnonzero((along > 0) & (aside <= 1.5 * node_spacing(reference, body.cells)))
-        if len(near):
-            first = near[along[near] <= along[near].min() + node_spacing(reference, body.cells)]
-            return start + along[first[np.argmin(aside[first])]] * direction
+    """(3,) [m] in the reference: where the path of a striker first meets the body; without one, where it broke first."""
+    hit, reference = blow(run, body), body.reference
+    if hit is not None:
+        return hit[0]
     broke = ruptured(body)
     if not broke.any():
         return reference.mean(axis=0)
@@ -394,10 +408,7 @@ def write_fragments(run: RunFolder, scene: Scene) -> list[str]:
 
 
 def _last(run: RunFolder, body: str | None) -> BodyFrame:
-    file = run.frames(body)
-    if file.kind != "shell":
-        raise SceneError(f"body '{file.name}' is {file.kind}, and only a shell breaks; give the option 'body'")
-    return file.body(-1)
+    return run.the("shell", body).body(-1)
 
 
 def _centre(run: RunFolder, body: BodyFrame, x: float | None, y: float | None, z: float | None) -> np.ndarray:
@@ -456,8 +467,8 @@ def opening_diameter(
     last = _last(run, body)
     centre = _centre(run, last, x, y, z)
     reach = reach or float(np.ptp(last.reference, axis=0).max()) / 3
-    path = flight(run)
-    direction = path[1] if path is not None else normal_at(last, centre, reach / 3)
+    hit = blow(run, last)
+    direction = hit[1] if hit is not None else normal_at(last, centre, reach / 3)
     return float(np.sqrt(4 / np.pi * light(last, centre, direction, reach)))
 
 

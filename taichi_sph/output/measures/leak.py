@@ -1,7 +1,9 @@
-"""Measures of a leaking tank, from histories/leak.csv and the frames of the fluid.
+"""Measures of leaking tanks, from their histories and the frames of their fluids.
 
-Columns: time [s], escaped_mass [kg], escaped_count [-], rate [kg/s], jet_speed [m/s], jet_x, jet_y, jet_z (direction),
-opening_area [m2]. Litres are the escaped mass over the density that the fluid starts with.
+A tank is a closed shell and the fluid that fills it. Where there is one its history is histories/leak.csv; where there are several
+each has histories/leak_<fluid>.csv, and a measure names its fluid. Columns: time [s], escaped_mass [kg], escaped_count [-], rate [kg/s],
+jet_speed [m/s], jet_x, jet_y, jet_z (direction), opening_area [m2]. Litres are the escaped mass over the density that the fluid starts
+with.
 """
 
 from __future__ import annotations
@@ -10,7 +12,7 @@ import math
 
 import numpy as np
 
-from ...errors import SceneError
+from ...errors import SceneError, nearest
 from ...scene import Scene
 from ..folder import RunFolder
 from ..histories import History
@@ -20,17 +22,35 @@ LAST = 0.1  # of the run: over less, one particle makes a rate
 HISTORY = "leak"
 
 
-def density(run: RunFolder) -> float:
-    """Density [kg/m3] of the fluid at the start, the median over its particles."""
-    fluids = run.of_kind("fluid")
-    if not fluids:
-        raise SceneError(f"'{run.path}' holds no frames of a fluid")
-    return float(np.median(fluids[0].array("PointData", "density", 0)))
+def tanks(run: RunFolder) -> dict[str, str]:
+    """Fluid -> name of its history, for every tank that is watched."""
+    filled = [fluid.name for fluid in run.scene.fluids if getattr(fluid.fill, "shell", None) is not None]
+    names = {fluid: HISTORY if len(filled) == 1 else f"{HISTORY}_{fluid}" for fluid in filled}
+    there = run.histories()
+    return {fluid: name for fluid, name in names.items() if name in there}
 
 
-def litres(run: RunFolder, history: History) -> np.ndarray:
-    """(n,) what has escaped [l]."""
-    return history["escaped_mass"] / density(run) / LITRE
+def watched(run: RunFolder, fluid: str | None) -> tuple[str, History]:
+    """The fluid of a tank and its history: the one that is named, else the only one."""
+    found = tanks(run)
+    if fluid is not None and fluid not in found:
+        raise SceneError(f"'{run.path}' holds no history of a leak of '{fluid}'{nearest(fluid, found)}")
+    if not found:
+        raise SceneError(f"'{run.path}' holds no history '{HISTORY}': no fluid of it fills a shell")
+    if fluid is None and len(found) > 1:
+        raise SceneError(f"the run has {len(found)} tanks: name the fluid of one by the option 'fluid', one of {', '.join(found)}")
+    name = fluid or next(iter(found))
+    return name, run.history(found[name])
+
+
+def density(run: RunFolder, fluid: str | None = None) -> float:
+    """Density [kg/m3] of a fluid at the start, the median over its particles."""
+    return float(np.median(run.the("fluid", fluid).array("PointData", "density", 0)))
+
+
+def litres(run: RunFolder, history: History, fluid: str | None = None) -> np.ndarray:
+    """(n,) what has escaped of a fluid [l]."""
+    return history["escaped_mass"] / density(run, fluid) / LITRE
 
 
 def window(history: History, start: float | None, end: float) -> np.ndarray:
@@ -41,31 +61,31 @@ def window(history: History, start: float | None, end: float) -> np.ndarray:
     return (history.time >= start) & (history.time <= end)
 
 
-def leak_rate(run: RunFolder, scene: Scene, *, start: float | None = None, end: float = math.inf) -> float:
+def leak_rate(run: RunFolder, scene: Scene, *, fluid: str | None = None, start: float | None = None, end: float = math.inf) -> float:
     """Mean leak [l/s] from `start` to `end` [s]: what escaped over the time between; 0 where nothing did. By default the last
     tenth of the time until `end`: how fast it leaks then."""
-    history = run.history(HISTORY)
+    fluid, history = watched(run, fluid)
     if start is None:
         start = (1.0 - LAST) * min(end, float(history.time[-1])) if len(history) else 0.0
     inside = np.flatnonzero(window(history, start, end))
     if len(inside) < 2:
         return 0.0
-    out, time = litres(run, history)[inside], history.time[inside]
+    out, time = litres(run, history, fluid)[inside], history.time[inside]
     return float((out[-1] - out[0]) / (time[-1] - time[0]))
 
 
-def leaked_litres(run: RunFolder, scene: Scene, *, time: float | None = None) -> float:
+def leaked_litres(run: RunFolder, scene: Scene, *, fluid: str | None = None, time: float | None = None) -> float:
     """What has escaped [l] by the end, or by `time` [s]."""
-    history = run.history(HISTORY)
-    out = litres(run, history)
+    fluid, history = watched(run, fluid)
+    out = litres(run, history, fluid)
     if len(out) == 0:
         return 0.0
     return float(out[-1]) if time is None else float(np.interp(time, history.time, out))
 
 
-def jet_speed(run: RunFolder, scene: Scene, *, start: float | None = None, end: float = math.inf) -> float | None:
+def jet_speed(run: RunFolder, scene: Scene, *, fluid: str | None = None, start: float | None = None, end: float = math.inf) -> float | None:
     """Speed [m/s] of the jet, the mean over the mass that escapes between `start` and `end` [s]; None without a jet."""
-    history = run.history(HISTORY)
+    _, history = watched(run, fluid)
     inside = window(history, start, end)
     rate, speed = history["rate"][inside], history["jet_speed"][inside]
     good = np.isfinite(speed) & (rate > 0)
@@ -84,12 +104,10 @@ def peak_pressure(
 ) -> float | None:
     """Largest pressure [Pa] of the frames, the mean over the particles that stand within `within` [m] (default: three
     diameters) of a point; without a point the largest of any particle. None where no particle comes there."""
-    fluids = run.of_kind("fluid") if body is None else [run.frames(body)]
-    if not fluids or fluids[0].kind != "fluid":
-        raise SceneError(f"'{run.path}' holds no frames of a fluid{'' if body is None else f' {body!r}'}")
+    file = run.the("fluid", body)
     place = None if x is None and y is None and z is None else np.array([x or 0.0, y or 0.0, z or 0.0])
     peak = None
-    for frame in fluids[0]:
+    for frame in file:
         pressure = frame.point_data["pressure"]
         if place is not None:
             reach = within or 3 * float(np.median(frame.point_data["diameter"]))

@@ -27,12 +27,16 @@ def striker_names(run: RunFolder) -> list[str]:
 
 
 def of(run: RunFolder, striker: str | None) -> History:
-    """The history of a striker, the fastest by default."""
+    """The history of a rigid body: the one that is named, else the only one, or the only one that moves at the start."""
     names = striker_names(run)
     if not names:
         raise SceneError(f"'{run.path}' holds no history of a rigid body")
     if striker is not None and striker not in names:
         raise SceneError(f"'{run.path}' holds no history of a rigid body '{striker}'{nearest(striker, names)}")
+    if striker is None and len(names) > 1:
+        moving = [name for name in names if start_speed(run.history(PREFIX + name)) > 0]
+        if len(moving) != 1:
+            raise SceneError(f"the run has {len(names)} rigid bodies: name one of {', '.join(names)} by the option 'striker'")
     return run.history(PREFIX + (names[0] if striker is None else striker))
 
 

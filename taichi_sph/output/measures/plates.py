@@ -27,7 +27,7 @@ def at_point(reference: np.ndarray, values: np.ndarray, point: np.ndarray) -> np
 
 
 def _moved(run: RunFolder, body: str | None, point: tuple[float, float, float], index: int = -1) -> np.ndarray:
-    frame = run.frames(body).body(index)
+    frame = run.the("shell", body).body(index)
     return at_point(frame.reference, frame.points - frame.reference, np.asarray(point))
 
 

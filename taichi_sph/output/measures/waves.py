@@ -46,7 +46,7 @@ def pulse_return(
     Frames stand on both sides of `time`; the amplitude is read in each and interpolated. None when the
     run does not reach `time`.
     """
-    file = run.frames(body)
+    file = run.the("shell", body)
     if not file.times[0] <= time <= file.times[-1] * (1 + 1e-6):
         return None
     reference = file.body(0).reference[:, 0]

@@ -8,12 +8,19 @@ times the limit. Bisection between the two.
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ... import runtime
+from ...bodies.shell_sph.group import ShellGroup
 from ...errors import RunStopped
 from ...pool import Pool
+from ...scene.materials import Material
+
+if TYPE_CHECKING:
+    from ...bodies.shell_sph.group import ShellGroup
+    from ..world import World
 
 SMALL = 1e-9  # of the wave speed: the motion is linear
 GROWN = 1e6  # times the kinetic energy of the first step: far more than what stays within bounds ever reaches
@@ -24,7 +31,7 @@ class LimitSearch(Pool):
 
     kept = ("measured",)
 
-    def __init__(self, world, group, steps: int, resolution: float):
+    def __init__(self, world: World, group: ShellGroup, steps: int, resolution: float):
         super().__init__("limit")
         self.world, self.group, self.steps, self.resolution, self.work = world, group, steps, resolution, 0.0
         self.predicted = 2.0 / group.stable.frequency
@@ -89,6 +96,10 @@ class LimitSearch(Pool):
                     return True
         return False
 
+    def pools(self) -> list[Pool]:
+        """All that has history."""
+        return [self]
+
     def status(self) -> dict[str, float]:
         return {
             "predicted": self.predicted,
@@ -102,7 +113,7 @@ class LimitSearch(Pool):
     rule = "the limit is looked for"
 
 
-def thesis_step(spacing: float, thickness: float, material) -> float:
+def thesis_step(spacing: float, thickness: float, material: Material) -> float:
     """T 2.51 (C.6) [s], with the grouping of T 2.50: alpha_1 = 0.4, alpha_2 = 2, no safety factor."""
     slow = 0.4 + 2.0 * (1.0 - material.poisson) * (spacing / thickness) ** 2
     return spacing * math.sqrt(material.density * (1.0 - material.poisson**2) / material.young / slow)

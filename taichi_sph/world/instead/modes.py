@@ -7,11 +7,18 @@ out; a director has the two turns across itself, less what a held spin takes.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from ... import runtime
+from ...bodies.shell_sph.group import ShellGroup
 from ...bodies.shell_sph.stable_dt import Operator
 from ...pool import Pool
+
+if TYPE_CHECKING:
+    from ...bodies.shell_sph.group import ShellGroup
+    from ..world import World
 
 STILL = 1e-3  # a mode is rigid when its frequency is below this part of the next one's
 SHOWN = 0.1  # largest displacement of a mode's picture, over the size of the body
@@ -20,22 +27,22 @@ SHOWN = 0.1  # largest displacement of a mode's picture, over the size of the bo
 class ModeSearch(Pool):
     """Steps through the flexible modes of a simulation, lowest first: each becomes its displacements.
 
-    frequency (count,) [Hz], shapes (count, N, 6) mass-normalised, rigid: how many modes are still.
+    frequency (count,) [Hz], modes (count, N, 6) mass-normalised, rigid: how many modes are still.
     """
 
     kept = ("shown",)
 
-    def __init__(self, world, group, count: int):
+    def __init__(self, world: World, group: ShellGroup, count: int):
         super().__init__("modes")
         self.world, self.group, self.count, self.shown, self.work = world, group, count, -1, 0.0
-        self.frequency, self.shapes, self.rigid = lowest(group, count)
+        self.frequency, self.modes, self.rigid = lowest(group, count)
 
     def settle(self, time: float) -> None:
         """Show the next mode."""
         group = self.group
         self.shown = min(self.shown + 1, self.count - 1)
         self.world.step += 1
-        shape = self.shapes[self.shown]
+        shape = self.modes[self.shown]
         size = float(np.ptp(group.mesh.points, axis=0).max())
         scale = SHOWN * size / max(np.linalg.norm(shape[:, :3], axis=1).max(), 1e-300)
         n, dim = group.nodes.n, group.nodes.dim
@@ -45,6 +52,10 @@ class ModeSearch(Pool):
             director = N + scale * shape[:, 3:]
             director /= np.linalg.norm(director, axis=1)[:, None]
             runtime.put(group.nodes.d, (director - N).astype(N.dtype))
+
+    def pools(self) -> list[Pool]:
+        """All that has history."""
+        return [self]
 
     def status(self) -> dict[str, float]:
         return {
@@ -57,7 +68,7 @@ class ModeSearch(Pool):
     rule = "one natural mode a step"
 
 
-def free_directions(group) -> np.ndarray:
+def free_directions(group: ShellGroup) -> np.ndarray:
     """(N, c, f) orthonormal directions in which each node may move, of its c unknowns (u, then d); zero columns
     where a motion or the director leaves none."""
     nodes, n, dim = group.nodes, group.nodes.n, group.nodes.dim
@@ -83,7 +94,7 @@ def free_directions(group) -> np.ndarray:
     return free
 
 
-def stiffness(group):
+def stiffness(group: ShellGroup) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray]:
     """Sparse M^-1/2 K M^-1/2 (free unknowns) [1/s2], the (N, c, f) directions of its unknowns with the number of each,
     -1 where there is none, and the (N, c) roots of the masses."""
     import scipy.sparse
@@ -91,7 +102,7 @@ def stiffness(group):
 
     operator = Operator(group)
     X = group.mesh.points
-    support = 2.0 * group.scene.numerics.formulation.support * float(group.mesh.node_spacing.max())
+    support = 2.0 * group.shells[0].numerics.formulation.support * float(group.mesh.node_spacing.max())
     ends = X[np.where(group.mesh.cells < 0, group.mesh.cells[:, :1], group.mesh.cells)]
     longest = float(np.linalg.norm(ends[:, :, None] - ends[:, None, :], axis=3).max())
     reach = 2.0 * support + longest
@@ -125,7 +136,7 @@ def stiffness(group):
     return A, free, number, operator.root
 
 
-def _colours(tree, X: np.ndarray, apart: float) -> np.ndarray:
+def _colours(tree: Any, X: np.ndarray, apart: float) -> np.ndarray:
     """(N,) numbers such that nodes of the same one are more than `apart` from each other."""
     colour = np.full(len(X), -1)
     for i in range(len(X)):
@@ -136,7 +147,7 @@ def _colours(tree, X: np.ndarray, apart: float) -> np.ndarray:
     return colour
 
 
-def lowest(group, count: int) -> tuple[np.ndarray, np.ndarray, int]:
+def lowest(group: ShellGroup, count: int) -> tuple[np.ndarray, np.ndarray, int]:
     """Frequencies [Hz] (count,) of the lowest flexible modes, their shapes (count, N, 6), the number of rigid ones."""
     import scipy.sparse
     from scipy.sparse.linalg import eigsh

@@ -8,59 +8,105 @@ bending, slow in a thin shell, moves at the pace of the membrane. The residual i
 forces (couples over D) of the free components over that of the applied load.
 """
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ... import runtime
 from ...bodies.nodal.loads import undrilled
+from ...bodies.nodal.nodes import body_of
+from ...bodies.shell_sph.build import by_node
+from ...bodies.shell_sph.group import ShellGroup
 from ...bodies.shell_sph.pressure import LEAVE
-from ...bodies.shell_sph.stable_dt import largest_frequency
+from ...bodies.shell_sph.stable_dt import largest_frequencies
 from ...errors import RunStopped
 from ...pool import Pool
 from ...runtime import ti
+from ...scene.instead import Static
+
+if TYPE_CHECKING:
+    from ..world import World
 
 LOOK = 25  # steps between two looks at residual and damping
 
 
+class Statics:
+    """Brings all shells to equilibrium, increment by increment of the loads; they do not act on each other."""
+
+    units: dict[str, str] = {}
+
+    def __init__(self, world: "World", groups: Sequence[ShellGroup], static: Static):
+        self.increments = static.increments
+        self.relaxations = [Relaxation(world, group, static.residual, static.max_steps) for group in groups]
+
+    def pools(self) -> list[Pool]:
+        """All that has history."""
+        return list(self.relaxations)
+
+    def settle(self, time: float) -> None:
+        """Equilibrium under the loads at pseudo-time `time`."""
+        for relaxation in self.relaxations:
+            relaxation.settle(time)
+
+    @property
+    def work(self) -> float:
+        """Of the loads [J]."""
+        return sum(relaxation.work for relaxation in self.relaxations)
+
+    @property
+    def steps(self) -> int:
+        """Of relaxation, all together."""
+        return sum(relaxation.steps for relaxation in self.relaxations)
+
+    @property
+    def rule(self) -> str:
+        return f"{self.increments} equal load increments"
+
+    def status(self) -> dict[str, float]:
+        return {"relaxation_steps": self.steps, "residual": float(max(relaxation.residual.max() for relaxation in self.relaxations))}
+
+
 @ti.data_oriented
 class Relaxation(Pool):
-    """Brings a group to equilibrium under the loads of a pseudo-time."""
+    """Brings a group to equilibrium under the loads of a pseudo-time. Each body has its own step, damping and residual, so that it
+    moves as if it were alone."""
 
     kept = ("steps", "load", "residual", "work", "u", "force", "director", "moment")
 
-    def __init__(self, world, group, tolerance: float, max_steps: int):
-        super().__init__("relax")
+    def __init__(self, world: "World", group: ShellGroup, tolerance: float, max_steps: int):
+        super().__init__(f"relax{group.suffix}")
         self.world, self.group, self.tolerance, self.max_steps = world, group, tolerance, max_steps
         nodes, n, dim = group.nodes, group.nodes.n, group.nodes.dim
         self.ratio = self.field("ratio", n, doc="weight across the shell over weight along it", keeps=True)
         self.before = self.field("before", n, dim, unit="N", doc="force of the step before")
         self.sums = self.field("sums", n, 3, doc="-du . df [J], du . M du, |f|^2 [N2]")
-        self.total = self.field("total", 1, 3, "f64", doc="their sums")
+        bodies = len(group.shells)
+        self.total = self.field("total", bodies, 3, "f64", doc="their sums over a body")
+        self.dt = self.field("dt", bodies, unit="s", doc="step of a body")
+        self.damping = self.field("damping", bodies, unit="1/s", doc="c of a body")
+        self.spacing = self.field("spacing", bodies, unit="m", doc="of a body")
         if nodes.bends:
             self.before_couple = self.field("before_couple", n, 3, unit="N m", doc="couple of the step before")
-            k_n = runtime.get(group.cells.shear, group.cells.n).mean()
-            material = group.material
-            K = material.young[0] * material.thickness[0] / (1.0 - material.poisson[0] ** 2)
-            runtime.put(self.ratio, np.full(nodes.n, min(1.0, k_n / K)))
+            shear = runtime.get(group.cells.shear, group.cells.n)
+            constants = zip(*(group.material.numbers(key) for key in ("young", "thickness", "poisson")))
+            stiff = [young * e / (1.0 - nu**2) for young, e, nu in constants]
+            ratios = [min(1.0, shear[body.cells.rows].mean() / K) for body, K in zip(group.shells, stiff)]
+            runtime.put(self.ratio, by_node(group.shells, ratios))
         else:
             runtime.put(self.ratio, np.ones(nodes.n))
-        frequency, _ = largest_frequency(group, 40, across=runtime.get(self.ratio, nodes.n).astype(np.float64))
-        self.dt = 0.95 * 2.0 / frequency
-        self.damping = 0.0
-        self.load = 0.0  # norm of the applied load
-        self.residual = 0.0
+        frequencies, _ = largest_frequencies(group, 40, across=runtime.get(self.ratio, n).astype(np.float64))
+        self._steps = 0.95 * 2.0 / frequencies
+        runtime.put(self.dt, self._steps)
+        runtime.put(self.spacing, np.array([body.mesh.spacing for body in group.shells]))
+        self.load = np.zeros(bodies)  # norm of the applied load
+        self.residual = np.zeros(bodies)
         self.steps = 0
         self.work = 0.0  # J, of the loads: trapezoidal over the increments, which start from no load
         # of the increment before: displacements [m], forces [N], directors, moments [N m]; those at rest before the first
         self.u, self.force = np.zeros((n, dim)), np.zeros((n, dim))
         self.director = runtime.get(nodes.N, n) if nodes.bends else np.zeros((n, 3))
         self.moment = np.zeros((n, 3))
-
-    def status(self) -> dict[str, float]:
-        return {"relaxation_steps": self.steps, "residual": self.residual}
-
-    @property
-    def rule(self) -> str:
-        return f"{self.group.scene.static.increments} equal load increments"
 
     def renew(self) -> None:
         """The loads follow from the time."""
@@ -115,28 +161,28 @@ class Relaxation(Pool):
         self._rest()
         for k in range(self.max_steps):
             group.internal.strain(0.0)
-            for pressure in group.pressures:
-                pressure.press(time, LEAVE)
+            if group.pressures is not None:
+                group.pressures.press(time, LEAVE)
             group.internal.force()
-            _relax(self, group.nodes, group.loads, group.nodes.n, self.dt, self.damping, group.spacing)
+            _relax(self, group.nodes, group.loads, group.nodes.n)
             self.steps += 1
             self.world.step += 1
             self._since += 1
             if self._since % LOOK == 0 or self._since == 1:
                 if self._look():
-                    for pressure in group.pressures:
-                        pressure.press(time)
+                    if group.pressures is not None:
+                        group.pressures.press(time)
                     return
-                if not self.residual < 1e3:
+                if not (self.residual < 1e3).all():
                     if not self._again():
                         raise RunStopped(
-                            f"shell '{group.shell.name}': the relaxation diverged after {k} steps at load {time:g}; the"
+                            f"shell '{self._worst()}': the relaxation diverged after {k} steps at load {time:g}; the"
                             " load is likely beyond a limit point: use more static.increments"
                         )
                     self._rest()
         raise RunStopped(
-            f"shell '{group.shell.name}': no equilibrium at load {time:g} after {self.max_steps} steps; the residual is"
-            f" {self.residual:.3g}, wanted {self.tolerance:g}: raise static.max_steps or static.residual"
+            f"shell '{self._worst()}': no equilibrium at load {time:g} after {self.max_steps} steps; the residual is"
+            f" {self.residual.max():.3g}, wanted {self.tolerance:g}: raise static.max_steps or static.residual"
         )
 
     def _rest(self) -> None:
@@ -145,25 +191,35 @@ class Relaxation(Pool):
         nodes.v.fill(0.0)
         if nodes.bends:
             nodes.omega.fill(0.0)
-        self.damping, self._since = 0.0, 0
+        self.damping.fill(0.0)
+        self._since = 0
+
+    def _worst(self) -> str:
+        """Name of the body that is farthest from equilibrium, or of the first whose residual is no number."""
+        return self.group.shells[int(np.argmax(np.where(np.isfinite(self.residual), self.residual, np.inf)))].name
 
     def _look(self) -> bool:
-        """Residual and damping of the moment; True at equilibrium."""
-        _sum(self, self.group.nodes.n)
-        work, weight, force2 = runtime.get(self.total, 1)[0]
-        norm = float(np.sqrt(force2))
-        if self._since == 1:
-            self.load = max(self.load, norm)
-        else:
-            self.damping = min(2.0 * np.sqrt(max(work / max(weight, 1e-300), 0.0)), 1.0 / self.dt)
-        self.residual = norm / max(self.load, 1e-300)
-        return self._since > 1 and self.residual < self.tolerance
+        """Residuals and dampings of the moment; True at equilibrium of all bodies."""
+        _sum(self, self.group.nodes, self.group.nodes.n, len(self.group.shells))
+        damping = []
+        for b, (work, weight, force2) in enumerate(runtime.get(self.total, len(self.group.shells))):
+            norm = float(np.sqrt(force2))
+            if self._since == 1:
+                self.load[b] = max(self.load[b], norm)
+            else:
+                damping.append(min(2.0 * np.sqrt(max(work / max(weight, 1e-300), 0.0)), 1.0 / self._steps[b]))
+            self.residual[b] = norm / max(self.load[b], 1e-300)
+        if damping:
+            runtime.put(self.damping, np.array(damping))
+        return self._since > 1 and bool((self.residual < self.tolerance).all())
 
 
 @ti.kernel
-def _relax(relax: ti.template(), nodes: ti.template(), loads: ti.template(), n: ti.i32, dt: float, c: float, spacing: float):
-    slow, quick = 1.0 - 0.5 * c * dt, 1.0 / (1.0 + 0.5 * c * dt)
+def _relax(relax: ti.template(), nodes: ti.template(), loads: ti.template(), n: ti.i32):
     for i in range(n):
+        b = body_of(nodes, i)
+        dt, c, spacing = relax.dt[b], relax.damping[b], relax.spacing[b]
+        slow, quick = 1.0 - 0.5 * c * dt, 1.0 / (1.0 + 0.5 * c * dt)
         force = nodes.force[i]
         couple = force
         if ti.static(loads.pushes):
@@ -223,9 +279,10 @@ def _relax(relax: ti.template(), nodes: ti.template(), loads: ti.template(), n: 
 
 
 @ti.kernel
-def _sum(relax: ti.template(), n: ti.i32):
+def _sum(relax: ti.template(), nodes: ti.template(), n: ti.i32, bodies: ti.i32):
     ti.loop_config(serialize=True)  # the order of the sum decides the damping: one thread
     for _ in range(1):
-        relax.total[0] *= 0.0
+        for b in range(bodies):
+            relax.total[b] *= 0.0
         for i in range(n):
-            relax.total[0] += ti.cast(relax.sums[i], ti.f64)
+            relax.total[body_of(nodes, i)] += ti.cast(relax.sums[i], ti.f64)

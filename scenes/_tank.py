@@ -1,0 +1,41 @@
+"""The steel tank of T 3.4 and its bullet, for the scenes that hit it (no scene itself).
+
+Cylinder of 600 x 300 mm, 1 mm thick, closed by discs; bullet of 18 mm and 31 g, rigid: four pinballs on a line, so far apart that their
+hull has the mass in steel. Johnson-Cook with Lemaitre-Chaboche damage and delay, T table 3.1, transverse shear in the yield function
+(kappa = 1). The end discs are clamped, and so are two patches of the rear wall at the frame.
+"""
+
+from taichi_sph.scene import Box, Cylinder, Material, Pinball, PrescribedVelocity, Rigid, Shell, material
+
+RADIUS, HEIGHT, THICKNESS = 0.15, 0.6, 1e-3  # m
+BULLET, LENGTH, MASS, PINBALLS = 9e-3, 3.6e-3, 0.031, 4  # m, m between the first and the last pinball, kg
+
+
+def steel(necks: bool) -> Material:
+    """necks: whether cells wider than the sheet is thick spread its neck (LemaitreChaboche.necks)."""
+    plain = material("steel, tank")
+    return material(plain.name, damage=plain.damage.model_copy(update={"necks": necks or None}))
+
+
+def tank(necks: bool, name: str = "tank", y: float = 0.0) -> Shell:
+    """The tank on its bottom, its axis at (0, y) [m]."""
+    surface = Cylinder(radius=RADIUS, length=HEIGHT, ends="discs", origin=(0, y, 0))
+    return Shell(name=name, surface=surface, thickness=THICKNESS, material=steel(necks), motion="free")
+
+
+def bullet(velocity: float, name: str = "bullet", y: float = 0.0) -> Rigid:
+    """The bullet just before the front, at half the height."""
+    front = RADIUS + 0.5 * THICKNESS + BULLET + 0.1e-3
+    balls = [Pinball(centre=(front + LENGTH * k / (PINBALLS - 1), y, HEIGHT / 2), radius=BULLET) for k in range(PINBALLS)]
+    return Rigid(name=name, mass=MASS, pinballs=balls, velocity=(-velocity, 0, 0))
+
+
+def supports(spacing: float, body: str = "tank", y: float = 0.0) -> list[PrescribedVelocity]:
+    """What holds the tank, whose nodes are `spacing` [m] apart."""
+    held = [
+        Box(hi=(None, None, 0.25 * spacing)),
+        Box(lo=(None, None, HEIGHT - 0.25 * spacing)),
+        Box(lo=(None, y - 0.05, 0.25 * spacing), hi=(-0.13, y + 0.05, 0.03)),
+        Box(lo=(None, y - 0.05, HEIGHT - 0.03), hi=(-0.13, y + 0.05, HEIGHT - 0.25 * spacing)),
+    ]
+    return [PrescribedVelocity(body=body, where=where, velocity=(0, 0, 0), spin=(0, 0, 0)) for where in held]

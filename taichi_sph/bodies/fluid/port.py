@@ -1,0 +1,85 @@
+"""Particles as couplings see them: movers that do not turn, a ball each."""
+
+from typing import Any
+
+import numpy as np
+
+from ...runtime import ti
+from ..body import Now
+from ..surface import Balls, Surface
+from .fill import CONTACT
+
+PINBALL = 0.25  # of D: where contact stands behind the pressure of couplings/wetted
+
+
+class FluidSurface(Surface):
+    """A particle's ball is larger where contact alone carries the fluid (T 3.3): against a sound shell it then makes up for the
+    neighbours that a particle lacks there (docs/method.md). At a lip it is as small as anywhere, so that an opening is as wide as it is."""
+
+    loose = True
+
+    def __init__(self, group: Any) -> None:
+        self.group, self.p = group, group.body.p
+        self.bodies, self.n = group.bodies, self.p.n
+        self.length = self.p.spacing
+        self.bounce = [None] * len(self.bodies)
+        said = group.body.fluid.contact
+        radii = (PINBALL, PINBALL) if said is None else (0.5, CONTACT[said])
+        body = np.repeat(np.arange(len(self.bodies)), [span.n for span in self.bodies])
+        self.balls = Balls(np.arange(self.n), body, np.tile(np.array(radii) * self.p.spacing, (self.n, 1)))
+
+    @property
+    def period(self) -> int:
+        return self.group.every
+
+    @property
+    def renumbered(self) -> bool:
+        return self.group.renumbered
+
+    def meets(self) -> None:
+        self.group.pushed = True
+
+    def look(self, port: Any, places: bool) -> None:
+        _look(port, self.p, self.n, len(self.bodies), self.first.body, self.first.ball, int(places))
+
+    def offer(self, port: Any, first: int, last: int, now: Now) -> None:
+        times = self.period if now.due(self.group) else 0
+        _offer(port, self.p, first, last, self.first.mover, now.kick, times)
+
+    def take(self, port: Any, first: int, last: int, now: Now) -> None:
+        if now.due(self.group):
+            _take(port, self.p, first, last, self.first.mover, 1.0 / now.kick, self.period)
+
+
+@ti.kernel
+def _look(port: ti.template(), p: ti.template(), n: ti.i32, bodies: ti.i32, body: ti.i32, ball: ti.i32, places: ti.i32):
+    """The push of the step before is forgotten as well."""
+    for b in range(body, body + bodies):
+        port.speed[b] = 0.0
+    for j in range(n):
+        p.push[j] *= 0.0
+        speed, b = ti.cast(p.v[j].norm(), ti.f64), port.ball_body[ball + j]
+        if speed > port.speed[b]:
+            ti.atomic_max(port.speed[b], speed)
+        if places == 1:
+            port.ball_x[ball + j] = ti.cast(p.x[j], ti.f64)
+
+
+@ti.kernel
+def _offer(port: ti.template(), p: ti.template(), first: ti.i32, last: ti.i32, base: ti.i32, kick: ti.f64, times: ti.i32):
+    for m in range(first, last):
+        j = port.who[m] - base
+        port.x[m] = ti.cast(p.x[j], ti.f64)
+        port.before[m] = ti.cast(p.v[j], ti.f64)
+        port.free[m] = ti.cast(p.v[j] + times * kick / p.mass[j] * p.force[j], ti.f64)
+        w = ti.Vector([0.0, 0.0, 0.0], ti.f64)
+        w += 1.0 / ti.cast(p.mass[j], ti.f64)
+        port.ease[m] = w
+
+
+@ti.kernel
+def _take(port: ti.template(), p: ti.template(), first: ti.i32, last: ti.i32, base: ti.i32, per_kick: ti.f64, times: ti.i32):
+    for m in range(first, last):
+        if port.pushed[port.whose[m]] == 1:
+            force = per_kick * port.impulse[m]
+            p.push[port.who[m] - base] = ti.cast(force / times, float)

@@ -1,0 +1,185 @@
+"""Bodies that lie in each other at the start, found before anything is compiled. NumPy and SciPy only.
+
+Every body is seen as contact sees it (couplings/contact): a shell node as a disc half as thick as the shell on either side, which reaches
+half way to the farthest corner of its cells (at a border or a cut: half way to the next node); a rigid body as its pinballs; a fluid
+particle as a ball, smaller where pressure carries the fluid and contact only stands behind it. Pairs that may not meet are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..bodies.fluid.fill import CONTACT, Filling
+from ..errors import SceneError
+from ..geometry.cuts import cells_cut
+from ..geometry.mesh import SurfaceMesh
+from ..scene import Scene, Shell
+from ..scene.units import show
+
+BEHIND = 0.25  # of D_0: radius of a particle where pressure carries the fluid (couplings/contact)
+ROUNDING = 1e-3  # of the skin
+SAME_PLACE = 0.5  # of D_0: two particles nearer than that fill one place
+
+
+@dataclass(frozen=True)
+class Balls:
+    """centres (n, 3) [m], radii (n,) [m]."""
+
+    centres: np.ndarray
+    radii: np.ndarray
+
+
+@dataclass(frozen=True)
+class Discs:
+    """centres (n, 3), normals (n, 3), radii (n,) and half [m], half the thickness; sound (n,): no border and no cut beside it."""
+
+    centres: np.ndarray
+    normals: np.ndarray
+    radii: np.ndarray
+    half: float
+    sound: np.ndarray
+    edges: np.ndarray
+
+
+def discs(shell: Shell, mesh: SurfaceMesh) -> Discs:
+    """The nodes of a shell as contact has them at t = 0."""
+    live = np.ones(len(mesh.cells), bool)
+    for cut in shell.cuts:
+        live[cells_cut(mesh, cut.start, cut.end)] = False
+    n = len(mesh.points)
+    near, far, sound = np.zeros(n), np.zeros(n), np.ones(n, bool)
+    for corners in (3, 4):
+        cells = mesh.cells[mesh.corners == corners, :corners]
+        alive = live[mesh.corners == corners]
+        for k in range(corners):
+            node = cells[:, k]
+            sound[node[~alive]] = False
+            for ahead, reach in ((1, near), (corners - 1, near), (2, far)):
+                length = np.linalg.norm(mesh.points[cells[:, (k + ahead) % corners]] - mesh.points[node], axis=1)
+                np.maximum.at(reach, node[alive], length[alive])
+    sound[np.unique(mesh.edges.nodes[(mesh.edges.sides < 0).any(axis=1)])] = False
+    radii = 0.5 * np.where(sound, np.maximum(near, far), np.where(near > 0, near, mesh.node_spacing))
+    return Discs(mesh.points, mesh.node_normals, radii, 0.5 * shell.thickness, sound, mesh.edges.nodes)
+
+
+def check_overlaps(scene: Scene, meshes: Mapping[str, SurfaceMesh], fillings: Mapping[str, Filling]) -> None:
+    """SceneError with one sentence where two bodies that may meet lie in each other."""
+    if len(scene.bodies) < 2:
+        return
+    balls = {r.name: Balls(np.array([p.centre for p in r.pinballs]), np.array([p.radius for p in r.pinballs])) for r in scene.rigids}
+    lengths = [0.5 * radius for ball in balls.values() for radius in ball.radii]
+    lengths += [mesh.spacing for mesh in meshes.values()] + [filling.spacing for filling in fillings.values()]
+    skin = 0.5 * min(lengths, default=0.0)
+    shells = {shell.name: discs(shell, meshes[shell.name]) for shell in scene.shells if shell.meets}
+    thin = {f.name: f.contact is None for f in scene.fluids}
+
+    def wet(name: str, sound: bool) -> Balls:
+        """A fluid's particles, against sound discs, or against lips and pinballs."""
+        filling = fillings[name]
+        share = BEHIND if thin[name] else CONTACT["pinballs"] if sound else CONTACT[None]
+        return Balls(filling.points, np.full(len(filling.points), share * filling.spacing))
+
+    for a, b in scene.pairs():
+        if a == b:
+            continue
+        if a in shells and b in shells:
+            _shells(a, shells[a], b, shells[b], ROUNDING * skin)
+        elif a in fillings and b in fillings:
+            _fluids(a, fillings[a], b, fillings[b])
+        elif a in shells and b in balls:
+            _tell(scene, b, a, _in_discs(balls[b], shells[a]), ROUNDING * skin)
+        elif a in shells and b in fillings:  # a filling may touch its vessel
+            depth = max(_in_discs(wet(b, sound), shells[a], sound) for sound in (True, False))
+            _tell(scene, b, a, depth, (0.5 + ROUNDING) * skin)
+        elif a in fillings and b in balls:
+            _tell(scene, a, b, _in_balls(wet(a, False), balls[b]), (0.5 + ROUNDING) * skin)
+        elif a in balls and b in balls:
+            _tell(scene, a, b, _in_balls(balls[a], balls[b]), ROUNDING * skin)
+
+
+def _tell(scene: Scene, one: str, other: str, depth: float, allowed: float) -> None:
+    """SceneError where a body starts deeper in another than allowed [m]."""
+    if depth > allowed:
+        first, second = scene.body(one), scene.body(other)
+        raise SceneError(
+            f"{first.what} '{one}' starts {1e3 * depth:.3g} mm inside {second.what} '{other}': move one of them away, "
+            "pinballs touch at most"
+        )
+
+
+def _near(one: np.ndarray, other: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers (i, j) of points of two sets within `reach` [m] of each other."""
+    low, high = other.min(axis=0) - reach, other.max(axis=0) + reach
+    inside = np.flatnonzero(((one >= low) & (one <= high)).all(axis=1))
+    found = cKDTree(one[inside]).sparse_distance_matrix(cKDTree(other), reach, output_type="ndarray") if len(inside) else None
+    return (np.zeros(0, int), np.zeros(0, int)) if found is None else (inside[found["i"]], found["j"])
+
+
+def _in_balls(one: Balls, other: Balls) -> float:
+    """How deep the balls of two bodies lie in each other at most [m], negative where they do not touch."""
+    i, j = _near(one.centres, other.centres, float(one.radii.max() + other.radii.max()))
+    if not len(i):
+        return -np.inf
+    return float((one.radii[i] + other.radii[j] - np.linalg.norm(one.centres[i] - other.centres[j], axis=1)).max())
+
+
+def _in_discs(balls: Balls, at: Discs, sound: bool | None = None) -> float:
+    """How deep balls lie in rounded discs at most [m]; of sound ones, of the others, or (None) of all."""
+    chosen = np.flatnonzero(at.sound == sound) if sound is not None else np.arange(len(at.radii))
+    if not len(chosen):
+        return -np.inf
+    deepest = -np.inf
+    for radius in np.unique(balls.radii):  # a wide pinball must not widen the search of the small ones
+        own = np.flatnonzero(balls.radii == radius)
+        i, j = _near(balls.centres[own], at.centres[chosen], float(radius + at.half + at.radii[chosen].max()))
+        if len(i):
+            j = chosen[j]
+            deepest = max(deepest, float((radius + at.half - _from_flat(balls.centres[own[i]], at, j)).max()))
+    return deepest
+
+
+def _from_flat(points: np.ndarray, at: Discs, j: np.ndarray) -> np.ndarray:
+    """Distance [m] of points from the flat discs of the nodes j."""
+    arm = points - at.centres[j]
+    up = np.einsum("ni,ni->n", arm, at.normals[j])
+    across = np.sqrt(np.maximum(np.einsum("ni,ni->n", arm, arm) - up**2, 0.0))
+    return np.hypot(up, np.maximum(across - at.radii[j], 0.0))
+
+
+def _shells(a: str, one: Discs, b: str, other: Discs, allowed: float) -> None:
+    """SceneError where two shells cross, or are nearer than the mean of their thicknesses."""
+    for first, second in ((one, other), (other, one)):
+        ends = first.centres[first.edges]
+        half = 0.5 * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max(initial=0.0)
+        e, j = _near(ends.mean(axis=1), second.centres, float(half + second.radii.max()))
+        if len(e):
+            up = np.einsum("nki,ni->nk", ends[e] - second.centres[j][:, None], second.normals[j])
+            crosses = up[:, 0] * up[:, 1] < 0
+            share = up[:, 0] / np.where(crosses, up[:, 0] - up[:, 1], 1.0)
+            at = ends[e, 0] + share[:, None] * (ends[e, 1] - ends[e, 0])
+            if (crosses & (np.linalg.norm(at - second.centres[j], axis=1) < second.radii[j])).any():
+                raise SceneError(f"shell '{a}' starts across shell '{b}': move one of them away")
+    thick = one.half + other.half
+    least = thick
+    for first, second in ((one, other), (other, one)):
+        i, j = _near(first.centres, second.centres, float(thick + second.radii.max()))
+        if len(i):
+            least = min(least, float(_from_flat(first.centres[i], second, j).min()))
+    if least < thick - allowed:
+        raise SceneError(
+            f"shells '{a}' and '{b}' start {show(least, 'm')} apart, nearer than the mean of their thicknesses, {show(thick, 'm')}: "
+            "move one of them away"
+        )
+
+
+def _fluids(a: str, one: Filling, b: str, other: Filling) -> None:
+    """SceneError where two fluids fill one place."""
+    i, _ = _near(one.points, other.points, SAME_PLACE * min(one.spacing, other.spacing))
+    if len(i):
+        raise SceneError(
+            f"fluids '{a}' and '{b}' both fill the place of {len(np.unique(i))} particles: a place holds one of them, so change a fill"
+        )

@@ -1,0 +1,121 @@
+"""Real runs killed (SIGKILL) at random moments and resumed: what comes out is what an undisturbed run gives, bit for bit.
+
+TAICHI_SPH_KILLS runs of each kind of scene, three by default; the moments follow from the number of the run.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from taichi_sph.output.folder import RunFolder
+
+ROOT = Path(__file__).parents[2]
+KILLS = int(os.environ.get("TAICHI_SPH_KILLS", "3"))
+OUTPUT = ["output.frames=8", "output.samples=60", "output.checkpoints=25"]
+SCENES = {
+    "brittle": ("crack_branching", ["numerics.spacing=1.5mm"]),
+    "single": ("crack_branching", ["numerics.spacing=1.5mm", "numerics.precision=f32"]),
+    "striker": ("plate_perforation", ["duration=150us"]),
+    "water": ("dam_break", ["duration=100ms"]),
+    "tank": ("tank_leak", ["numerics.spacing=16mm", "fluids.0.spacing=24mm", "duration=1.2ms"]),
+}
+
+
+def start(arguments: list[str]) -> subprocess.Popen[str]:
+    program = [sys.executable, "-m", "taichi_sph", *arguments, "--no-pictures", "--threads", "2"]
+    return subprocess.Popen(
+        program, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": str(ROOT)}
+    )
+
+
+def size(path: Path) -> int:
+    return path.stat().st_size if path.exists() else -1
+
+
+def wait_for(path: Path, longer: int, process: subprocess.Popen[str]) -> None:
+    """Until a file is longer: the first that is written once all is compiled."""
+    while size(path) <= longer and process.poll() is None:
+        time.sleep(0.002)
+
+
+def results(folder: Path) -> dict[str, Any]:
+    """All that must be the same."""
+    found: dict[str, Any] = {}
+    with RunFolder(folder) as run:
+        for name in run.bodies():
+            file = run.frames(name)
+            found[f"times of {name}"] = file.times.tobytes() + file.steps.tobytes()
+            for index, body in enumerate(file):
+                for kind, arrays in (("points", {"": body.points}), ("p", body.point_data), ("c", body.cell_data)):
+                    found |= {f"{name} {index} {kind} {k}": (a.dtype.str, a.shape, a.tobytes()) for k, a in arrays.items()}
+        found |= {f"history {name}": (folder / "histories" / f"{name}.csv").read_bytes() for name in run.histories()}
+        found["state"] = run.record["result_hash"]
+        told = (
+            "scene",
+            "title",
+            "quality",
+            "settings",
+            "nodes",
+            "stress_points",
+            "steps",
+            "B_percent",
+            "closed_residual_percent",
+            "quantities",
+        )
+        found |= {key: json.dumps(run.summary[key]) for key in told}
+    return found
+
+
+@pytest.mark.long
+@pytest.mark.timeout(7200)
+@pytest.mark.parametrize("kind", SCENES)
+def test_kill_and_resume_is_the_same_run(kind: str, work: Path) -> None:
+    scene, settings = SCENES[kind]
+    run = ["run", str(ROOT / "scenes" / f"{scene}.py"), "--quality", "draft"]
+    run += [word for pair in (*settings, *OUTPUT) for word in ("--set", pair)]
+
+    process = start([*run, "--out", "whole"])
+    wait_for(work / "whole/log.txt", -1, process)
+    began = time.monotonic()
+    assert process.wait() == 0, process.stderr and process.stderr.read()
+    seconds = time.monotonic() - began  # of computing and writing
+    whole = results(work / "whole")
+    assert any(np.frombuffer(v[2], v[0]).any() for k, v in whole.items() if " c damage" in k) or kind == "water"
+
+    moment = random.Random(kind)
+    killed = begun_anew = 0
+    while killed < KILLS:
+        name = f"parts{killed}"
+        folder, kills, command = work / name, 0, [*run, "--out", name]
+        for _ in range(20):
+            before = size(folder / "log.txt")
+            process = start(command)
+            wait_for(folder / "log.txt", before if command[0] == "resume" else -1, process)
+            if kills < 1 + killed % 2:  # every second run is killed twice
+                time.sleep(seconds * (moment.uniform(0, 0.95) if kills == 0 else 0.5 * moment.random() ** 2))
+                process.kill()
+            code, error = process.wait(), process.stderr.read() if process.stderr else ""
+            if code == 0:
+                break
+            assert code == -9 and error == "", f"exit {code}: {error}"
+            kills += 1
+            there = any((folder / "checkpoints").glob("*.checkpoint"))
+            begun_anew += not there
+            command = ["resume", name] if there else [*run, "--out", name]
+        assert code == 0
+        if kills:  # it may have ended before the moment came
+            found = results(folder)
+            different = [key for key in whole.keys() | found.keys() if whole.get(key) != found.get(key)]
+            assert not different, f"{name}, killed {kills} times: {sorted(different)}"
+            killed += 1
+    print(f"{kind}: {killed} runs killed, of which {begun_anew} before the first checkpoint; {seconds:.1f} s undisturbed")
