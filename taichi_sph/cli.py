@@ -337,10 +337,19 @@ def doctor(
     ] = None,
     quality: QualityOption = None,
     set_: SetOption = None,
+    fields: Annotated[bool, typer.Option("--fields", help="With --scene: what each of its fields is, as a table.")] = False,
 ) -> None:
     """Check this machine: Python, Taichi, threads, pictures, cache, disk; say how to mend what fails."""
     from .run.doctor import account, examine
 
+    if fields:
+        from .run.fields import markdown, rows
+        from .world.world import World
+
+        if scene is None:
+            raise SceneError("--fields needs --scene: fields are those of a scene")
+        typer.echo(markdown(rows(World(_scene(scene, quality, set_), arch=arch).pools)).strip())
+        return
     if scene is not None:
         account(_scene(scene, quality, set_), arch)
         return

@@ -9,7 +9,7 @@ from ..geometry.mesh import SurfaceMesh
 from ..geometry.surfaces import count as nodes_of
 from ..scene.plausible import MAX_NODES, MAX_STEPS
 from ..scene.schema import Scene
-from ..scene.surfaces import MeshFile
+from ..scene.surfaces import Given
 from ..scene.units import show
 from .progress import bytes_text
 
@@ -24,7 +24,7 @@ def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceM
     """
     sizes = [(0, 0, "", 0.0)]  # bytes, count, key and spacing of each body
     for index, shell in enumerate(scene.shells):
-        if not isinstance(shell.surface, MeshFile):
+        if not isinstance(shell.surface, Given):
             numerics = scene.numerics_of(shell)
             key = "numerics.spacing" if shell.spacing is None else f"shells[{index}].spacing"
             nodes = nodes_of(shell.surface, numerics)

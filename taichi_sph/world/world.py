@@ -115,10 +115,15 @@ class World:
         for group in self.groups:
             for rule, longest in group.longest_step().items():
                 steps[rule] = min(longest, steps.get(rule, math.inf))
+        rigid = self._only("rigid")
+        if not steps and rigid is not None:
+            steps = {"the smallest pinball": rigid.alone()}
+        of_bodies = min(steps.values(), default=math.inf)
         for coupling in self.couplings:
             for rule, longest in coupling.longest_step().items():
-                steps[rule] = min(longest, steps.get(rule, math.inf))
-        return steps or {"the smallest pinball": self._only("rigid").alone()}
+                # it makes stiffer what it acts on: squares of frequencies add up
+                steps[rule] = (longest**-2 + of_bodies**-2) ** -0.5
+        return steps
 
     @property
     def dt_rule(self) -> str:
