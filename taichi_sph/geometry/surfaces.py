@@ -1,8 +1,8 @@
 """Meshes of the surfaces that a scene names by their dimensions, with exact normals. NumPy only.
 
-A surface is one patch or three (wall and two ends). A patch is a net of quadrangles in a plane chart and the map
-that bends it into space; nodes are moved at random, and triangulated anew, in the chart, so they stay in the
-surface. Charts keep angles (unrolled wall, stereographic cap): Delaunay's triangles in them are those of the surface.
+A surface is one patch or three (wall and two ends). A patch is a net of quadrangles in a plane chart, and the map that bends the chart into
+space. Nodes are moved at random, and triangulated anew, in the chart, so they stay in the surface. Charts keep angles (unrolled wall,
+stereographic cap), so Delaunay's triangles in a chart are those of the surface.
 """
 
 from __future__ import annotations
