@@ -2,8 +2,8 @@
 
 The directors of a closed shell point outwards. A particle is outside when it passes two tests. It lies beyond the nearest node of the tank
 as it is now: on the side of the node's director, by more than half the thickness. And it lies beyond the nearest node of the tank as it
-was at t = 0, in the same sense. The first test alone would be deceived by a lip bent inwards, the second alone by a bulge of the wall. A particle
-that is outside once counts as escaped for good.
+was at t = 0, in the same sense. The first test alone would be deceived by a lip bent inwards, the second alone by a bulge of the wall.
+A particle that is outside once counts as escaped for good.
 
 The tank is the largest piece that live cells hold together: the plug that a striker pushes through the water is no wall. A look asks only
 those particles that may have come to a wall since they were last asked.
