@@ -156,6 +156,8 @@ _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 def show(value: float, symbol: str = "") -> str:
     """A number with its SI unit for a sentence: show(0.004, 'm') = '4 mm', show(7.8e-9, 'kg/m^3') as is."""
     if symbol in ("m", "s", "Pa", "N", "J") and value and math.isfinite(value):
+        if not 1e-18 <= abs(value) <= 1e18:
+            return f"{value:.4g} {symbol}"
         value = float(f"{value:.4g}")  # 0.99999 mm is 1 mm, not 1000 um
         exponent = min(9, max(-12, 3 * math.floor(math.log10(abs(value)) / 3)))
         if symbol in ("m", "s"):

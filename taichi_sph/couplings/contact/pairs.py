@@ -105,9 +105,16 @@ class Pairs(Pool):
         root = runtime.get(self.root, port.n_bodies)
         done: list[np.ndarray] = []
         waiting = list(parts)
-        self._drop(np.concatenate(parts))
+        shaped = np.concatenate(parts)
+        self._drop(shaped)
+        self._mark(shaped)
+        port.look(places=True)
         while waiting:
             part = waiting.pop(0)
+            self._mark(part)
+            if not np.isin(part, shaped).all():
+                port.look(places=True)
+                shaped = np.union1d(shaped, part)
             met = self._search(part, float(reach[part].max()))
             if not len(met):
                 done.append(part)
@@ -126,9 +133,7 @@ class Pairs(Pool):
     def _search(self, part: np.ndarray, reach: float) -> np.ndarray:
         """Candidates with a body of this part, behind those that are there; returns the numbers of other bodies among them."""
         port = self.port
-        self._mark(part)
         port.linked.fill(0)
-        port.look(places=True)
         owners = port.n_discs + port.n_many + port.n_balls - port.n_wide
         before = self.n
         if port.n_balls > port.n_wide:
