@@ -76,7 +76,8 @@ class Rigid(Body):
         total = np.zeros((3, 3))
         for share, ball in zip(self.shares, self.pinballs):
             m, r = share * self.mass, np.array(ball.centre) - self.centre
-            total += m * ((0.4 * ball.radius**2 + r @ r) * np.eye(3) - np.outer(r, r))
+            with np.errstate(over="ignore", invalid="ignore"):  # of balls beyond all measure: infinite, and refused
+                total += m * ((0.4 * ball.radius**2 + r @ r) * np.eye(3) - np.outer(r, r))
         return total
 
     def check(self, scene: Any) -> None:
