@@ -99,6 +99,13 @@ class Surface:
     def meets(self) -> None:
         """Called once, when contact may push the group."""
 
+    def grip(self, span: Span, point: np.ndarray, radius: float | None) -> tuple[np.ndarray, np.ndarray]:
+        """What holds a point (3,) [m] of the reference: numbers of the movers in the group, and the (3,) arm of the point from them.
+
+        radius [m]: all movers within that of the point instead of the nearest one, where a body has many.
+        """
+        raise NotImplementedError
+
     def look(self, port: Any, places: bool) -> None:
         """Speed of the fastest point of each body; with `places` also where all elements are, and the shape of the discs of those bodies
         that are due."""

@@ -17,7 +17,11 @@ def cells_cut(mesh: SurfaceMesh, start: Sequence[float], end: Sequence[float]) -
     farther from the segment than its own size is not looked at.
     """
     first, past = np.asarray(start, float), np.asarray(end, float)
-    t1, t2, centre = mesh.frames[:, 0], mesh.frames[:, 1], mesh.centres
+    # the segment's own line may pass far above a curved surface: only cells close to it count
+    axis = past - first
+    s = np.clip(((mesh.centres - first) @ axis) / max(float(axis @ axis), 1e-300), 0.0, 1.0)
+    near = np.flatnonzero(np.linalg.norm(mesh.centres - first - s[:, None] * axis, axis=1) < 2.0 * np.sqrt(mesh.areas))
+    t1, t2, centre, cells = mesh.frames[near, 0], mesh.frames[near, 1], mesh.centres[near], mesh.cells[near]
 
     def plane(x: np.ndarray) -> np.ndarray:
         return np.stack([np.einsum("mi,mi->m", x - centre, t1), np.einsum("mi,mi->m", x - centre, t2)], axis=1)
@@ -27,11 +31,11 @@ def cells_cut(mesh: SurfaceMesh, start: Sequence[float], end: Sequence[float]) -
     left = 1e-3 * mesh.spacing * np.stack([-along[:, 1], along[:, 0]], axis=1)
     a, b = a + left, b + left
     enter, leave = np.zeros(len(centre)), np.ones(len(centre))
-    last = mesh.corners - 1
+    last = mesh.corners[near] - 1
     for k in range(4):
         there = k <= last
-        p = plane(mesh.points[mesh.cells[:, k]])
-        following = np.where(k == last, mesh.cells[:, 0], mesh.cells[:, min(k + 1, 3)])
+        p = plane(mesh.points[cells[:, k]])
+        following = np.where(k == last, cells[:, 0], cells[:, min(k + 1, 3)])
         q = plane(mesh.points[following])
         side = q - p
         outward = np.stack([side[:, 1], -side[:, 0]], axis=1) / np.maximum(np.linalg.norm(side, axis=1), 1e-300)[:, None]
@@ -42,8 +46,4 @@ def cells_cut(mesh: SurfaceMesh, start: Sequence[float], end: Sequence[float]) -
         leave = np.where(there & (da > 0) & (db > 0), -1.0, leave)
         enter = np.where(there & (da > 0) & (db <= 0), np.maximum(enter, t), enter)
         leave = np.where(there & (da <= 0) & (db > 0), np.minimum(leave, t), leave)
-    # the segment's own line may pass far above a curved surface: only cells close to it count
-    axis = past - first
-    s = np.clip(((centre - first) @ axis) / max(float(axis @ axis), 1e-300), 0.0, 1.0)
-    near = np.linalg.norm(centre - first - s[:, None] * axis, axis=1) < 2.0 * np.sqrt(mesh.areas)
-    return np.flatnonzero((leave > enter) & near)
+    return near[leave > enter]

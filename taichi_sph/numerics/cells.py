@@ -92,8 +92,8 @@ def _buckets(grid: ti.template(), n: ti.i32, table: ti.i32, inverse_reach: ti.f6
 def group(owner: Any, start: Any, entry: Any, n: int, owners: int) -> None:
     """Puts n entries in order of their owners, those of one owner in their own order, in NumPy.
 
-    Fields of i32: owner (n) of each entry; start (owners + 1), where the entries of each owner begin; entry (n), their numbers in that order,
-    which may be the field `owner` itself.
+    Fields of i32: owner (n) of each entry; start (owners + 1), where the entries of each owner begin; entry (n), their numbers in that
+    order, which may be the field `owner` itself.
     """
     whose = runtime.get(owner, n)
     runtime.put(entry, np.argsort(whose, kind="stable").astype(np.int32))

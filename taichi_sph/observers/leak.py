@@ -21,6 +21,12 @@ if TYPE_CHECKING:
     from ..bodies.shell_sph.group import ShellGroup
 
 
+UNITS = {
+    "escaped_mass": "kg", "escaped_count": "-", "rate": "kg/s", "jet_speed": "m/s", "jet_x": "-", "jet_y": "-", "jet_z": "-",
+    "opening_area": "m2",
+}  # fmt: skip
+
+
 class LeakGauge(Pool):
     """Watches one fluid in one closed shell."""
 

@@ -9,8 +9,9 @@ from ..geometry.mesh import SurfaceMesh
 from ..geometry.surfaces import count as nodes_of
 from ..scene.plausible import MAX_NODES, MAX_STEPS
 from ..scene.schema import Scene
-from ..scene.surfaces import MeshFile
+from ..scene.surfaces import Given
 from ..scene.units import show
+from .progress import bytes_text
 
 FAR = 1e9  # spacings from the origin: a seventh digit of the spacing is left there
 LEAST_BYTES = {"shell": 1400, "fluid": 800}  # of memory that a node or a particle needs at least (plan.py has the true ones)
@@ -22,13 +23,14 @@ def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceM
     Without `meshes` nothing is read and shells from files are not counted; with them, fluids inside of those are.
     """
     sizes = [(0, 0, "", 0.0)]  # bytes, count, key and spacing of each body
-    for shell in scene.shells:
-        if not isinstance(shell.surface, MeshFile):
+    for index, shell in enumerate(scene.shells):
+        if not isinstance(shell.surface, Given):
             numerics = scene.numerics_of(shell)
+            key = "numerics.spacing" if shell.spacing is None else f"shells[{index}].spacing"
             nodes = nodes_of(shell.surface, numerics)
-            _few(nodes, f"numerics.spacing {show(numerics.spacing, 'm')} gives shell '{shell.name}' {nodes:.2g} nodes")
+            _few(nodes, f"{key} {show(numerics.spacing, 'm')} gives shell '{shell.name}' {nodes:.2g} nodes")
             _near(f"{scene.key_of(shell)}.surface.origin", shell.surface.origin, numerics.spacing)
-            sizes.append((nodes * LEAST_BYTES["shell"], nodes, "numerics.spacing", numerics.spacing))
+            sizes.append((nodes * LEAST_BYTES["shell"], nodes, key, numerics.spacing))
     by_name = {shell.name: shell for shell in scene.shells}
     for index, fluid in enumerate(scene.fluids):
         filled = by_name.get(getattr(fluid.fill, "shell", ""))
@@ -56,7 +58,7 @@ def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceM
         _, _, key, spacing = max(sizes)
         raise SceneError(
             f"{key} {show(spacing, 'm')} gives {sum(size[1] for size in sizes):.3g} nodes and particles, which need at least "
-            f"{memory / 2**30:.1f} GB of memory; this machine has {available / 2**30:.1f} GB"
+            f"{bytes_text(memory)} of memory; this machine has {bytes_text(available)}"
         )
 
 

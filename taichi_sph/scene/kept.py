@@ -25,7 +25,7 @@ class Output(Frozen):
     samples: Annotated[StrictInt, Field(ge=1, le=1_000_000)] = 400
     checkpoints: Annotated[StrictInt, Field(ge=0, le=1000)] = 4
     keep_checkpoints: Annotated[StrictInt, Field(ge=1, le=1000)] = 2
-    probes: tuple[Probe, ...] = ()
+    probes: Annotated[tuple[Probe, ...], Field(max_length=2000)] = ()
 
 
 class Quantity(Frozen):

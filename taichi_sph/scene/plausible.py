@@ -7,6 +7,7 @@ values are known to be numbers in range. What a kind of body checks of itself st
 from __future__ import annotations
 
 import math
+import unicodedata
 from typing import TYPE_CHECKING
 
 from .units import show
@@ -69,8 +70,8 @@ def names(s: Scene) -> None:
 
 def scene(s: Scene) -> None:
     """What no body checks for itself: what is asked for, probes, quantities, and the size of the computation."""
-    if not s.title.isprintable():
-        raise ValueError(f"title = {s.title!r} holds a line break or another sign that is not printed; write it on one line")
+    if any(unicodedata.category(c) in ("Cc", "Zl", "Zp") for c in s.title):
+        raise ValueError(f"title = {s.title!r} holds a line break or a control sign; write it on one line")
     if s.numerics.spacing < LEAST:
         raise ValueError(f"numerics.spacing {s.numerics.spacing:.4g} m is below {show(LEAST, 'm')}, a few atoms")
     for shell in s.shells:
@@ -95,9 +96,11 @@ def scene(s: Scene) -> None:
             if getattr(s, key):
                 raise ValueError(f"limit: {key} would drive the motion whose growth is looked for; leave them out")
         _still(s, "limit", "a prescribed motion would drive the motion whose growth is looked for")
+    taken: set[str] = set()
     for number, probe in enumerate(s.output.probes):
-        if probe.name in [p.name for p in s.output.probes[:number]]:
+        if probe.name in taken:
             raise ValueError(f"output.probes[{number}].name: '{probe.name}' is taken")
+        taken.add(probe.name)
     quantities: list[tuple[str, dict[str, object]]] = []
     for quantity in s.quantities:
         if (quantity.name, quantity.options) in quantities:
@@ -144,7 +147,7 @@ def _size(s: Scene) -> None:
         waves = math.sqrt(shell.material.young / shell.material.density) / spacing
         if waves > beat:
             beat, coarsest = waves, spacing
-        if surface.kind == "mesh":
+        if surface.kind in ("mesh", "net"):
             continue
         if spacing > surface.smallest * (1 + 1e-9):
             why = f"is {show(surface.smallest, 'm')} wide" if surface.kind == "plate" else f"takes at most {show(surface.smallest, 'm')}"

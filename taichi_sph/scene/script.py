@@ -116,9 +116,11 @@ def dump(scene: Scene | Study) -> str:
 def _from_json(path: Path) -> Scene | Study:
     try:
         text = path.read_bytes()
+        kind = Study if isinstance(content := _literal(text), dict) and "cases" in content else Scene
     except OSError as error:
         raise SceneError(f"'{path}' cannot be read: {error.strerror}") from None
-    kind = Study if isinstance(content := _literal(text), dict) and "cases" in content else Scene
+    except RecursionError:
+        raise SceneError(f"{path.name}: its brackets are nested too deeply for a scene") from None
     try:
         return kind.model_validate_json(text)
     except ValidationError as error:

@@ -100,7 +100,7 @@ LEAST, MOST = 1e-60, 1e30  # SI: of any quantity but 0; powers of what lies betw
 def _sensible(value: float, unit: Unit) -> float:
     if unit.symbol == "m/s" and abs(value) >= LIGHT and math.isfinite(value):
         raise ValueError(f"is faster than light ({LIGHT:.4g} m/s)")
-    if value and math.isfinite(value) and not LEAST <= abs(value) <= MOST:
+    if value and math.isfinite(value) and not (LEAST if unit.symbol else 0.0) <= abs(value) <= MOST:
         raise ValueError(
             f"is {'larger' if abs(value) > 1 else 'smaller'} than any {unit.dimension} ({LEAST:g} to {MOST:g} {unit.symbol})".replace(
                 " )", ")"
@@ -163,6 +163,8 @@ _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 def show(value: float, symbol: str = "") -> str:
     """A number with its SI unit for a sentence: show(0.004, 'm') = '4 mm', show(7.8e-9, 'kg/m^3') as is."""
     if symbol in ("m", "s", "Pa", "N", "J") and value and math.isfinite(value):
+        if not 1e-18 <= abs(value) <= 1e18:
+            return f"{value:.4g} {symbol}"
         value = float(f"{value:.4g}")  # 0.99999 mm is 1 mm, not 1000 um
         exponent = min(9, max(-12, 3 * math.floor(math.log10(abs(value)) / 3)))
         if symbol in ("m", "s"):

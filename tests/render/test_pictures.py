@@ -153,6 +153,14 @@ def test_compare(tmp_path: Path, renderer: str) -> None:
         pictures.render_compare([], tmp_path / "none.png")
 
 
+@pytest.mark.parametrize("renderer", ["matplotlib"], indirect=True)
+def test_titles_are_no_formulas(tmp_path: Path, renderer: str) -> None:
+    for name in ("a $\\frac{$ b", "a $x^{2$"):
+        run = write_run(tmp_path / str(len(name)), count=2, spacing=0.002, scene=plate_scene(title=name))
+        pictures.render_compare([run.path, run.path], tmp_path / "both.png")
+        plots.energies(run, f"{run.scene.title}: energy").savefig(tmp_path / "energy.png")
+
+
 def test_titles_tell_runs_apart(tmp_path: Path) -> None:
     runs = [write_run(tmp_path / t, count=1, spacing=0.002, scene=plate_scene(title=f"Beam, notch at {t} in")) for t in ("2", "4")]
     assert pictures.common_title(runs) == "Beam"

@@ -38,9 +38,10 @@ NUMBERS: list[Any] = [
     float("nan"), float("inf"), -float("inf"), 1e-9, 1e9, 1e6, 2**31, 2**63, True, False, None,
 ]  # fmt: skip
 TEXTS: list[Any] = [
-    "", " ", "x", "1 mm", "1e400 m", "-1 mm", "5 kg", "nan", "inf m", "1 m m m", "m", "1e3", "line\nbreak", "a\tb", "\0", "ä", "\ud800", "😀",
-    "a $\\frac{$ b", "x" * 10_000, "../../x", "/etc/passwd", "con", "galerkin", "free", "plate", "water", "1 mm" * 500, "0x10", "1_000", "٣ mm",
-
+    "", " ", "x", "1 mm", "1e400 m", "-1 mm", "5 kg", "nan", "inf m", "1 m m m", "m", "1e3", "line\nbreak", "a\tb", "\0", "ä", "\ud800",
+    "😀",
+    "a $\\frac{$ b", "x" * 10_000, "../../x", "/etc/passwd", "con", "galerkin", "free", "plate", "water", "1 mm" * 500, "0x10", "1_000",
+    "٣ mm",
     "1 mm ** 1000000", "(" * 500, "mm/0", "1e-999999999 m", "9" * 5000 + " m",
 ]  # fmt: skip
 OTHERS: list[Any] = [

@@ -147,3 +147,33 @@ def test_json_round_trip(tmp_path, length, width, nu, rho, young, a, seed, kind,
     path.write_text(dump(scene), encoding="utf-8")
     assert load_scene(path) == scene
     assert dump(load_scene(path)) == dump(scene)
+
+
+SENSELESS = [
+    ("crack_branching", "numerics.spacing", 1e-308, "is below 1 nm"),
+    ("crack_branching", "shells.0.thickness", 1e-300, "shells[0].thickness 1e-300 m is below 1 nm"),
+    ("crack_branching", "shells.0.surface.length", 10**400, "is larger than any length"),
+    ("crack_branching", "shells.0.surface.length", 1e200, "at most 50 million are allowed"),
+    ("dam_break", "fluids.0.fill.hi", [1e200] * 3, "at most 50 million are allowed"),
+    ("dam_break", "fluids.0.water.sound", 1e300, "is faster than light"),
+    ("plate_perforation", "rigids.0.velocity", [0, 0, -4e8], "is faster than light"),
+    ("plate_perforation", "shells.0.material.poisson", -0.9999999999, "at most 20 million are allowed"),
+    ("plate_perforation", "numerics.time_step_safety", 1e-300, "at most 20 million are allowed"),
+    ("plate_perforation", "shells.0.surface.origin", [1e300, 0, 0], "from the origin"),
+    ("plate_perforation", "numerics.spacing\nx", 1, "unknown key 'spacing\\nx' in numerics"),
+    ("plate_perforation", "title", "a\nb", "holds a line break"),
+]
+
+
+@pytest.mark.parametrize(("name", "key", "value", "said"), SENSELESS, ids=lambda v: str(v)[:30])
+def test_numbers_without_sense(name, key, value, said):
+    with pytest.raises(SceneError) as caught:
+        plan(load_scene(Path(__file__).parents[2] / "scenes" / f"{name}.py", {key: value}))
+    assert said in str(caught.value) and "\n" not in str(caught.value) and len(str(caught.value)) < 400
+
+
+def test_brackets_without_end(tmp_path):
+    for text in ("[" * 200_000 + "]" * 200_000, '{"a":' * 200_000):
+        (tmp_path / "deep.json").write_text(text)
+        with pytest.raises(SceneError, match="nested too deeply"):
+            load_scene(tmp_path / "deep.json")

@@ -83,6 +83,8 @@ class RigidGroup(Rest):
             frames.append(BodyFrame(name, x[own], NO_CELLS, data, {}, kind="rigid"))
         return frames
 
+    track_units = dict.fromkeys("xyz", "m") | dict.fromkeys(("vx", "vy", "vz"), "m/s") | dict.fromkeys(("fx", "fy", "fz", "f_max"), "N")
+
     def tracks(self, look: bool = True) -> dict[str, dict[str, float]]:
         """By the name of its history: place [m], velocity [m/s] and force [N] (water, contact) of each body, now and the largest since
         the last look."""

@@ -31,7 +31,7 @@ class Rigid(Body):
 
     what: ClassVar[str] = "rigid body"
 
-    pinballs: Annotated[tuple[Pinball, ...], Field(min_length=1)]
+    pinballs: Annotated[tuple[Pinball, ...], Field(min_length=1, max_length=100_000)]
     mass: Annotated[Mass, Field(gt=0)]
     inertia: tuple[Inertia, Inertia, Inertia] | None = None
     velocity: tuple[Speed, Speed, Speed] = (0.0, 0.0, 0.0)
@@ -73,11 +73,10 @@ class Rigid(Body):
         """(3, 3) inertia about the centre of mass at t = 0 [kg m2]."""
         if self.inertia is not None:
             return np.diag(self.inertia).astype(float)
-        total = np.zeros((3, 3))
+        total, centre = np.zeros((3, 3)), self.centre
         for share, ball in zip(self.shares, self.pinballs):
-            m, r = share * self.mass, np.array(ball.centre) - self.centre
-            with np.errstate(over="ignore", invalid="ignore"):  # of balls beyond all measure: infinite, and refused
-                total += m * ((0.4 * ball.radius**2 + r @ r) * np.eye(3) - np.outer(r, r))
+            m, r = share * self.mass, np.array(ball.centre) - centre
+            total += m * ((0.4 * ball.radius**2 + r @ r) * np.eye(3) - np.outer(r, r))
         return total
 
     def check(self, scene: Any) -> None:

@@ -19,7 +19,19 @@ from ..body import Entries, Group, Now, Rest, Span
 from ..nodal.loads import Loads
 from ..nodal.motion import kick_and_drift
 from ..nodal.slow import SlowNodes
-from .build import ShellBody, alike, build, initial_velocity, laws, node_forces, node_moments, node_motions, rise
+from .build import (
+    ShellBody,
+    alike,
+    build,
+    curve,
+    initial_spin,
+    initial_velocity,
+    laws,
+    node_forces,
+    node_moments,
+    node_motions,
+    pressed_cells,
+)
 from .collocation import Collocation
 from .damper import Damper
 from .edge_filter import THESIS_STEP, EdgeFilter
@@ -83,6 +95,8 @@ class ShellGroup(Rest):
         """Cuts, velocities and the stable step, once all bodies are there."""
         self.rupture.cut(self.cut_cells)
         runtime.put(self.nodes.v, initial_velocity(self.scene, self.shells, self.nodes.dim))
+        if self.nodes.bends and any(start.rotation is not None for start in self.scene.initial):
+            runtime.put(self.nodes.omega, initial_spin(self.scene, self.shells))
         self.stable = StableStep(self, f"stable{self.suffix}")
 
     def of(self, name: str) -> ShellBody:
@@ -123,7 +137,7 @@ class ShellGroup(Rest):
 
     def _pressures(self) -> SurfacePressures | None:
         pressed = [
-            Pressed(body.cells, p.value, rise(self.scene, p.history), p.kind == "follower")
+            Pressed(pressed_cells(body, p.where), p.value, curve(self.scene, p.history), p.kind == "follower")
             for body in self.shells
             for p in self.scene.loads_of("pressures", body.name)
         ]

@@ -17,7 +17,7 @@ import numpy as np
 
 from ... import runtime
 from ...numerics import mls
-from ...numerics.cells import CellGrid, bucket, cube, group, running
+from ...numerics.cells import CUBES, CellGrid, beside, cube, group, running
 from ...numerics.kernel import b3, b3_slope
 from ...numerics.visibility import along, crosses
 from ...pool import Pool
@@ -147,12 +147,10 @@ def _near(links: ti.template(), r, j):
 def _visit(links: ti.template(), grid: ti.template(), r, table, inverse_reach, write: ti.template()):
     """Neighbours of row r in a fixed order: counts them, and writes them from start[r] on where asked."""
     middle = 0.5 * (links.at[2 * r] + links.at[2 * r + 1])
-    home = cube(middle, inverse_reach)
     count = 0
-    for a, b, c in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
-        there = home + ti.Vector([a, b, c])
-        place = bucket(there, table)
-        for m in range(grid.start[place], grid.start[place + 1]):
+    for k in range(CUBES):
+        there, first, last = beside(grid, middle, k, inverse_reach, table)
+        for m in range(first, last):
             j = grid.sorted[m]
             if all(cube(links.sources[j], inverse_reach) == there):
                 if _near(links, r, j):

@@ -300,6 +300,8 @@ class _Reader:
             if len(held) != count + 1:
                 text.fail(f"{shown(line)}: an element of type {kind} has a number and {count} nodes, here are {len(held)} numbers")
             number, *nodes = (text.integer(f, "the number of a node or an element") for f in held)
+            if min(nodes) <= 0:
+                text.fail(f"element {number} refers to node {min(nodes)}; nodes have numbers from 1")
             self.scope.cells.add(number, tuple(nodes[:corners]))
             rows.append(range(number, number + 1))
             held = []

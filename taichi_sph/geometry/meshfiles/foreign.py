@@ -31,14 +31,15 @@ def read(path: Path, time_limit: float) -> Raw:
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "mesh.npz"
         root = str(Path(__file__).parents[3])  # of this package, wherever it was found
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])}
+        paths = [os.path.abspath(p) for p in os.environ.get("PYTHONPATH", "").split(os.pathsep) if p]
         try:
             done = subprocess.run(
-                [sys.executable, "-m", "taichi_sph.geometry.meshfiles.foreign", str(path.resolve()), str(out)],
+                [sys.executable, "-P", "-m", "taichi_sph.geometry.meshfiles.foreign", str(path.resolve()), str(out)],
                 capture_output=True,
                 timeout=time_limit,
                 stdin=subprocess.DEVNULL,
-                env=environment,
+                env={**os.environ, "PYTHONPATH": os.pathsep.join([root, *paths])},
+                cwd=path.resolve().parent,  # an XDMF file names the arrays beside it; with -P no program there is imported
             )
         except subprocess.TimeoutExpired:
             raise refused(f"mesh {path.name} was not read within {time_limit:g} s: it is damaged, or needs a longer time_limit") from None

@@ -115,21 +115,25 @@ class _Reader:
             if begin is not None and re.match(r"\s*INCLUDE\b", line, re.I):
                 text.fail("INCLUDE is not followed: merge the files", text.lines.index(line) + 1)
         text.number = 0 if begin is None else begin + 1
-        name, fields, at, ended = "", [], 0, False
+        name, fields, at, ended, before = "", [], 0, False, ""
         for line in text:
             line = line.split("$")[0].rstrip()
             if not line:
                 continue
             if re.match(r"\s*INCLUDE\b", line, re.I):
                 text.fail("INCLUDE is not followed: merge the files")
-            first, more = self._split(line)
+            first, more, mark = self._split(line)
             if first.upper().startswith("ENDDATA"):
                 ended = True
                 break
             if not first or first[0] in "+*":
                 if not name:
                     text.fail(f"{shown(line)} continues no card")
+                here = first.lstrip("+*").strip()
+                if here and before and here.upper() != before.upper():
+                    text.fail(f"continuation {shown(first)} stands behind a card that goes on with {shown(before)}: sort the lines")
                 fields += more
+                before = mark
                 continue
             if first.startswith("="):
                 text.fail("cards repeated with = are not followed: write each card")
@@ -137,26 +141,28 @@ class _Reader:
                 number, text.number = text.number, at
                 yield name, fields
                 text.number = number
-            name, fields, at = first.rstrip("*").strip().upper(), more, text.number
+            name, fields, at, before = first.rstrip("*").strip().upper(), more, text.number, mark
         if begin is not None and not ended:
             text.fail("the file has no ENDDATA: it is cut off")
         if name:
             text.number = at
             yield name, fields
 
-    def _split(self, line: str) -> tuple[str, list[str]]:
-        """Name (or continuation mark) and the data fields of a line, 8 or, large, 4."""
+    def _split(self, line: str) -> tuple[str, list[str], str]:
+        """Name (or continuation mark), the data fields of a line, 8 or, large, 4, and the mark behind them."""
         if "," in line:
             first, *more = [f.strip() for f in line.split(",")]
             size = 4 if first.endswith("*") or first.startswith("*") else 8
             if len(more) > size + 1:
                 self.text.fail(f"{shown(line)} has {len(more)} fields behind its name; at most {size} and a continuation mark")
+            mark = more[size] if len(more) > size else ""
         else:
             line = line.expandtabs(8)
             first = line[:8].strip()
+            mark = line[72:80].strip()
             size, width = (4, 16) if "*" in first else (8, 8)
             more = [line[8 + width * k : 8 + width * (k + 1)].strip() for k in range(size)]
-        return first, (more + [""] * size)[:size]
+        return first, (more + [""] * size)[:size], mark.lstrip("+*").strip()
 
     def _int(self, f: list[str], k: int, missing: int | None = None) -> int:
         text = f[k] if k < len(f) else ""
