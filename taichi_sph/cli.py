@@ -83,14 +83,14 @@ def resume(
     pictures: PicturesOption = True,
 ) -> None:
     """Go on with an interrupted run from its newest checkpoint, exactly; of a study, run what is not finished."""
-    from .run import session as running
+    from .run import session
 
     if (folder / "study.json").is_file():
         from .output.study import read_study
 
         _start(read_study(folder), folder, False, arch=arch, threads=threads, pictures=pictures, command="")
         return
-    running.resume(folder, arch=arch, threads=threads, pictures=pictures)
+    session.resume(folder, arch=arch, threads=threads, pictures=pictures)
 
 
 @app.command()
@@ -103,22 +103,23 @@ def validate(
 ) -> None:
     """Check a whole scene and print what a run would take; nothing is computed or written."""
     from .output.record import scene_hash
-    from .run import session as running
+    from .run import gate
     from .run.progress import Progress
-    from .studies.price import recorded
+    from .run.tell import tell_plan
+    from .studies.price.words import recorded
 
     found = load(_find(scene), settings(quality, set_))
-    folder = out or running.default_out(found)
+    folder = out or gate.default_out(found)
     if isinstance(found, Study):
         from .studies import study
 
         plans = study.plan_study(found, arch)
-        running.check_out(folder, sum(p.disk for p in plans.values()), "study.json")
+        gate.check_out(folder, sum(p.disk for p in plans.values()), "study.json")
         study.tell_study(found, plans, Progress())
     else:
-        planned = running.checked_plan(found, arch)
-        running.check_out(folder, planned.disk)
-        running.tell_plan(found, planned, Progress())
+        planned = gate.checked_plan(found, arch)
+        gate.check_out(folder, planned.disk)
+        tell_plan(found, planned, Progress())
         for line in recorded(found, scene_hash(found)):
             typer.echo(f"  {line}")
     path = _find(scene)
@@ -143,10 +144,10 @@ def render(
     movie: Annotated[bool, typer.Option("--movie", help="Draw all frames as one animated GIF instead.")] = False,
 ) -> None:
     """Draw the pictures of a finished or interrupted run again, from its files; of a study, the comparison."""
-    from .run import session as running
+    from .run.draw import draw
     from .studies import study
 
-    for path in study.draw_study(folder) if (folder / "study.json").is_file() else running.draw(folder, movie=movie):
+    for path in study.draw_study(folder) if (folder / "study.json").is_file() else draw(folder, movie=movie):
         typer.echo(path)
 
 
@@ -157,10 +158,10 @@ def compare(
     title: Annotated[str, typer.Option("--title", help="Default: what the titles of the runs share.")] = "",
 ) -> None:
     """Draw the ends of several runs on one page, with the same colours and magnification."""
-    from .run import session as running
+    from .run.draw import can_draw
     from .run.progress import Progress
 
-    if not running.can_draw(Progress()):
+    if not can_draw(Progress()):
         return
     from .render import render_compare
 
@@ -265,7 +266,7 @@ def price(
     threads: ThreadsOption = None,
 ) -> None:
     """Turn the knobs of a scene one at a time: error against cost, as a chart, a table and in words."""
-    from .studies import price as pricing
+    from .studies.price import command as pricing
 
     words = command_line(scene, quality, set_, "price") + "".join(f" --quantity {shlex.quote(name)}" for name in quantity or ())
     words += "".join(f" --also {shlex.quote(text)}" for text in also or ())
@@ -336,10 +337,19 @@ def doctor(
     ] = None,
     quality: QualityOption = None,
     set_: SetOption = None,
+    fields: Annotated[bool, typer.Option("--fields", help="With --scene: what each of its fields is, as a table.")] = False,
 ) -> None:
     """Check this machine: Python, Taichi, threads, pictures, cache, disk; say how to mend what fails."""
     from .run.doctor import account, examine
 
+    if fields:
+        from .run.fields import markdown, rows
+        from .world.world import World
+
+        if scene is None:
+            raise SceneError("--fields needs --scene: fields are those of a scene")
+        typer.echo(markdown(rows(World(_scene(scene, quality, set_), arch=arch).pools)).strip())
+        return
     if scene is not None:
         account(_scene(scene, quality, set_), arch)
         return
@@ -453,12 +463,12 @@ def _start(found: Scene | Study, out: Path | None, overwrite: bool, **how: Any) 
 
         run_study(found, out, overwrite=overwrite, **how)
     else:
-        from .run import session as running
+        from .run import gate, session
 
-        folder = out or running.default_out(found)
+        folder = out or gate.default_out(found)
         if not overwrite:
-            running.spare(folder)
-        running.run(found, folder, **how)
+            gate.spare(folder)
+        session.run(found, folder, **how)
 
 
 def _scene(name: str, quality: str | None, pairs: list[str] | None) -> Scene:

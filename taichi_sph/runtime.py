@@ -78,6 +78,11 @@ def current() -> Runtime:
     return _current
 
 
+def functions_of_64_bits() -> bool:
+    """Whether this device has exp, log, sin and powers in f64; shaders have them in f32 only (numerics/doubles.py)."""
+    return current().arch in ("cpu", "cuda")
+
+
 def one_by_one() -> bool:
     """Whether this device does long loops of one thread well: a GPU does not, and drivers cut them off (Mesa's software device: after
     65535 rounds of a thread, silently). There NumPy does what must be done in order."""

@@ -131,3 +131,12 @@ def test_only_the_runtime_imports_taichi_and_only_render_draws(path):
         assert "taichi" not in heads
     if part_of(path) not in ("render", "doctor"):
         assert not heads & {"pyvista", "vtk", "vtkmodules", "matplotlib", "PIL"}
+
+
+@pytest.mark.parametrize("path", modules(), ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_no_module_with_kernels_puts_its_annotations_off(path):
+    """Taichi reads the annotations of a kernel: they must not be strings."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    off = any(isinstance(node, ast.ImportFrom) and node.module == "__future__" for node in tree.body)
+    decorators = [ast.unparse(d) for node in ast.walk(tree) if isinstance(node, ast.FunctionDef) for d in node.decorator_list]
+    assert not off or not {"ti.kernel", "ti.func"} & set(decorators)

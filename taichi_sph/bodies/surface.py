@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from .body import Group, Now, Span
+from .body import Now, Span
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Surface:
     balls and discs: the elements. Discs have a thin ball each as well, of half the thickness, where two shells can meet.
     """
 
-    group: Group
+    group: Any  # of the kind that derives
     bodies: Sequence[Span] = ()
     n = 0
     turns = False
@@ -98,6 +98,13 @@ class Surface:
 
     def meets(self) -> None:
         """Called once, when contact may push the group."""
+
+    def grip(self, span: Span, point: np.ndarray, radius: float | None) -> tuple[np.ndarray, np.ndarray]:
+        """What holds a point (3,) [m] of the reference: numbers of the movers in the group, and the (3,) arm of the point from them.
+
+        radius [m]: all movers within that of the point instead of the nearest one, where a body has many.
+        """
+        raise NotImplementedError
 
     def look(self, port: Any, places: bool) -> None:
         """Speed of the fastest point of each body; with `places` also where all elements are, and the shape of the discs of those bodies

@@ -1,7 +1,5 @@
 """A list of movers: what each of them is and would do, and the impulses that a coupling leaves for it."""
 
-from __future__ import annotations
-
 from ..pool import Pool
 from ..runtime import ti
 

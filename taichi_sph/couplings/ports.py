@@ -58,7 +58,7 @@ class Port(Places):
         bodies, balls, discs = self.n_bodies, self.n_balls, max(self.n_discs, 1)
         self.body = field("body", n, dtype="i32", doc="body of a mover")
         self.speed = field("speed", bodies, dtype="f64", unit="m/s", doc="of the fastest point of a body")
-        self.largest = field("largest", bodies, dtype="f64", unit="m", doc="radius of the largest disc of a body")
+        self.largest = field("largest", bodies, dtype="f64", unit="m", doc="radius of the largest disc of a body", keeps=True)
         self.due = field("due", bodies, dtype="i32", doc="1: what a body may touch is searched for")
         self.linked = field("linked", bodies, dtype="i32", doc="1: a body that is due has found this one")
         self.period = field("period", bodies, dtype="i32", doc="steps of the clock that an impulse on a body stands for")

@@ -1,24 +1,29 @@
 """A round patch of quadrangles without slivers: a rounded square in the middle, rings around it. NumPy only.
 
-The rim has any multiple of four nodes, evenly spaced, so that the patch closes a cylinder of as many columns. The
-same net serves a flat disc and a spherical cap: it is laid out in arc length from the pole and then bent.
+The rim has any multiple of four nodes, evenly spaced, so the patch closes a cylinder of as many columns. The net is laid out in arc length
+from the pole and then bent, so it serves a flat disc and a spherical cap.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 
 BULGE = 0.88  # middle of a side of the core over its corner, from the pole; 0.71 a square, 1 a circle
 
 
-def ogrid(rim: int, half_angle: float) -> tuple[np.ndarray, np.ndarray]:
+def ogrid(
+    rim: int, half_angle: float = 0.0, bent: tuple[float, Callable[[np.ndarray], np.ndarray]] | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """xy (N, 2) in arc length from the pole, 1 at the rim, and quadrangles (M, 4), counter-clockwise. The last `rim`
     nodes are the rim, node k of them at the angle 2 pi (k - rim // 8) / rim.
 
-    half_angle [rad]: of the spherical cap that it is for, 0 for a disc.
+    half_angle [rad]: of the spherical cap that it is for, 0 for a disc; bent: of any other surface of revolution, its arc length
+    from pole to rim over the rim's radius, and the distance from the axis (rim 1) by the part of that length.
     """
     n = rim // 4
-    rings, corner = proportions(rim, half_angle)
+    rings, corner = proportions(rim, *(bent or of_sphere(half_angle)))
     core = _core(n, corner)
     number = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)  # [along x, along y]
     border = np.concatenate([number[n, :n], number[n:0:-1, n], number[0, n:0:-1], number[:n, 0]])
@@ -36,17 +41,19 @@ def ogrid(rim: int, half_angle: float) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(points) @ np.array([[c, s], [-s, c]]), np.concatenate(cells)
 
 
-def proportions(rim: int, half_angle: float) -> tuple[int, float]:
+def of_sphere(half_angle: float) -> tuple[float, Callable[[np.ndarray], np.ndarray]]:
+    """`bent` of a spherical cap, flat for 0."""
+    if half_angle > 0:
+        return half_angle / np.sin(half_angle), lambda s: np.sin(s * half_angle) / np.sin(half_angle)
+    return 1.0, lambda s: s
+
+
+def proportions(rim: int, arc: float, at: Callable[[np.ndarray], np.ndarray]) -> tuple[int, float]:
     """How many rings, and where the corners of the core stand (pole 0, rim 1), so that spacings differ least.
 
     The lengths looked at, over the rim's spacing: rings at the corners and at the middles of the core's sides, cells
     across the core, cells on its border (bent, a circle at s has the radius `at(s)`).
     """
-    arc = half_angle / np.sin(half_angle) if half_angle > 0 else 1.0
-
-    def at(s: np.ndarray) -> np.ndarray:
-        return np.sin(s * half_angle) / np.sin(half_angle) if half_angle > 0 else s
-
     rings = np.arange(1, rim // 4 + 2)[:, None]
     corner = np.linspace(0.5, 0.94, 45)[None, :]
     ring = arc * rim / (2 * np.pi * rings)
@@ -68,8 +75,13 @@ def _core(n: int, corner: float) -> np.ndarray:
     x, y = radius * np.cos(t), radius * np.sin(t)
     right, top = np.column_stack([x, y]), np.column_stack([y, x])
     left, bottom = right * [-1, 1], top * [1, -1]
-    u, v = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
+    return coons(bottom, top, left, right).reshape(-1, 2)
+
+
+def coons(bottom: np.ndarray, top: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """(n + 1, m + 1, 2): net between four sides, bottom and top (n + 1, 2) in u, left and right (m + 1, 2) in v."""
+    u, v = np.meshgrid(np.linspace(0, 1, len(bottom)), np.linspace(0, 1, len(left)), indexing="ij")
     u, v = u[..., None], v[..., None]
     ruled = (1 - v) * bottom[:, None] + v * top[:, None] + (1 - u) * left[None] + u * right[None]
     corners = (1 - u) * ((1 - v) * bottom[0] + v * top[0]) + u * ((1 - v) * bottom[-1] + v * top[-1])
-    return (ruled - corners).reshape(-1, 2)
+    return ruled - corners

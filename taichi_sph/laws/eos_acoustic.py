@@ -5,6 +5,7 @@
 s and not rho is the state: of 1000 kg/m3 single precision keeps 6e-5, that is 130 Pa of water.
 """
 
+from ..numerics import doubles
 from ..runtime import ti
 
 
@@ -26,5 +27,5 @@ def energy(gamma, s):
     s = ti.cast(s, ti.f64)
     result = s * s * (0.5 - s * (2.0 / 3.0 - s * (0.75 - 0.8 * s)))
     if ti.abs(s) > 1e-3:
-        result = ti.log(1.0 + s) - s / (1.0 + s)
+        result = doubles.log(1.0 + s) - s / (1.0 + s)
     return result

@@ -6,6 +6,7 @@
 It stiffens as it is compressed: at 1 GPa and gamma 7.15, c of water has doubled, where the acoustic law keeps it.
 """
 
+from ..numerics import doubles
 from ..runtime import ti
 
 
@@ -38,18 +39,18 @@ def _log1p(x):
     u = 1.0 + x
     result = x
     if u != 1.0:
-        result = ti.log(u) * x / (u - 1.0)
+        result = doubles.log(u) * x / (u - 1.0)
     return result
 
 
 @ti.func
 def _expm1(x):
-    u = ti.exp(x)
+    u = doubles.exp(x)
     result = x
     if ti.abs(x) > 1e-5:
         result = u - 1.0
         if ti.abs(x) < 0.5 and u != 1.0:
-            result = (u - 1.0) * x / ti.log(u)
+            result = (u - 1.0) * x / doubles.log(u)
     elif x != 0.0:
         result = x * (1.0 + 0.5 * x)
     return result

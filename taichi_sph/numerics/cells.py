@@ -89,18 +89,18 @@ def _buckets(grid: ti.template(), n: ti.i32, table: ti.i32, inverse_reach: ti.f6
         grid.sorted[i] = bucket(cube(grid.points[i], inverse_reach), table)
 
 
-def group(owner, start, entry, n: int, owners: int) -> None:
+def group(owner: Any, start: Any, entry: Any, n: int, owners: int) -> None:
     """Puts n entries in order of their owners, those of one owner in their own order, in NumPy.
 
-    Fields of i32: owner (n) of each entry; start (owners + 1), where the entries of each owner begin; entry (n), their numbers in that order,
-    which may be the field `owner` itself.
+    Fields of i32: owner (n) of each entry; start (owners + 1), where the entries of each owner begin; entry (n), their numbers in that
+    order, which may be the field `owner` itself.
     """
     whose = runtime.get(owner, n)
     runtime.put(entry, np.argsort(whose, kind="stable").astype(np.int32))
     runtime.put(start, np.concatenate([[0], np.cumsum(np.bincount(whose, minlength=owners))]).astype(np.int32))
 
 
-def running(start, n: int) -> int:
+def running(start: Any, n: int) -> int:
     """Counts of n owners, from start[1] on, become where each one's entries begin; returns how many there are."""
     if runtime.one_by_one():
         return _running(start, n)

@@ -1,6 +1,7 @@
 """Turns in space as unit quaternions (w, x, y, z)."""
 
 from ..runtime import ti
+from .doubles import cos, sin
 
 
 @ti.func
@@ -32,8 +33,8 @@ def rolled(q, theta):
     angle = theta.norm()
     step = ti.Vector([1.0, 0.0, 0.0, 0.0], ti.f64)
     if angle > 0.0:
-        axis = ti.sin(0.5 * angle) / angle * theta
-        step = ti.Vector([ti.cos(0.5 * angle), axis[0], axis[1], axis[2]])
+        axis = sin(0.5 * angle) / angle * theta
+        step = ti.Vector([cos(0.5 * angle), axis[0], axis[1], axis[2]])
     return product(step, q).normalized()
 
 

@@ -115,7 +115,7 @@ def write_summary(
         "quality": scene.quality,
         "settings": {
             **scene.parameters,
-            "formulation": scene.numerics.formulation.kind,
+            "formulation": scene.formulations,
             "spacing": scene.numerics.spacing,
             "precision": scene.numerics.precision,
             "arch": arch,

@@ -195,7 +195,7 @@ def strip_frames(run: RunFolder, count: int = STRIP_TIMES) -> list[int]:
 def _subtitle(run: RunFolder, *parts: str) -> str:
     scene = run.scene
     numerics = scene.numerics
-    head = f"{scene.quality}, {numerics.formulation.kind}, spacing {numerics.spacing * 1e3:.3g} mm"
+    head = f"{scene.quality}, {scene.formulations}, spacing {numerics.spacing * 1e3:.3g} mm"
     return "   ·   ".join([head, *(p for p in parts if p)])
 
 
@@ -420,7 +420,7 @@ def differences(runs: Sequence[RunFolder]) -> list[str]:
     for run in runs:
         scene = run.scene
         given = {k: f"{v:g}" if isinstance(v, float) else str(v) for k, v in scene.parameters.items()}
-        plain = {"scene": scene.name, "quality": scene.quality, "formulation": scene.numerics.formulation.kind}
+        plain = {"scene": scene.name, "quality": scene.quality, "formulation": scene.formulations}
         settings.append(given | plain | {"spacing": f"{scene.numerics.spacing * 1e3:.3g} mm"})
     names = dict.fromkeys(name for found in settings for name in found)
     telling = [name for name in names if len({found.get(name) for found in settings}) > 1]

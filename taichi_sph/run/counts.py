@@ -9,7 +9,7 @@ from ..geometry.mesh import SurfaceMesh
 from ..geometry.surfaces import count as nodes_of
 from ..scene.plausible import MAX_NODES, MAX_STEPS
 from ..scene.schema import Scene
-from ..scene.surfaces import MeshFile
+from ..scene.surfaces import Given
 from ..scene.units import show
 from .progress import bytes_text
 
@@ -23,13 +23,14 @@ def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceM
     Without `meshes` nothing is read and shells from files are not counted; with them, fluids inside of those are.
     """
     sizes = [(0, 0, "", 0.0)]  # bytes, count, key and spacing of each body
-    for shell in scene.shells:
-        if not isinstance(shell.surface, MeshFile):
+    for index, shell in enumerate(scene.shells):
+        if not isinstance(shell.surface, Given):
             numerics = scene.numerics_of(shell)
+            key = "numerics.spacing" if shell.spacing is None else f"shells[{index}].spacing"
             nodes = nodes_of(shell.surface, numerics)
-            _few(nodes, f"numerics.spacing {show(numerics.spacing, 'm')} gives shell '{shell.name}' {nodes:.2g} nodes")
+            _few(nodes, f"{key} {show(numerics.spacing, 'm')} gives shell '{shell.name}' {nodes:.2g} nodes")
             _near(f"{scene.key_of(shell)}.surface.origin", shell.surface.origin, numerics.spacing)
-            sizes.append((nodes * LEAST_BYTES["shell"], nodes, "numerics.spacing", numerics.spacing))
+            sizes.append((nodes * LEAST_BYTES["shell"], nodes, key, numerics.spacing))
     by_name = {shell.name: shell for shell in scene.shells}
     for index, fluid in enumerate(scene.fluids):
         filled = by_name.get(getattr(fluid.fill, "shell", ""))

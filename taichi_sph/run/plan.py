@@ -22,7 +22,7 @@ from ..geometry.surfaces import mesh_of
 from ..output import files
 from ..scene import Body, Numerics, Scene, Shell
 from ..scene.plausible import MAX_STEPS
-from ..scene.surfaces import MeshFile, Plate
+from ..scene.surfaces import Given, Plate
 from ..scene.units import show
 from .counts import check_counts
 from .overlap import check_overlaps
@@ -143,14 +143,14 @@ def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:
     edge = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     m = shell.material
     n = scene.numerics_of(shell)
-    generated = not isinstance(shell.surface, MeshFile)
+    generated = not isinstance(shell.surface, Given)
     finest = mesh.spacing if isinstance(shell.surface, Plate) else float(mesh.node_spacing.min())
     factor = STEP[n.formulation.kind, _cells(mesh)]
     if shell.motion == "free":
         factor = (factor**-6 + _turning(shell.thickness / finest, n) ** -6) ** (-1 / 6)
     factor *= 1 - n.irregularity**2 if generated else 1.0
     dt = n.time_step_safety * factor * finest * math.sqrt(m.density * (1 - m.poisson**2) / m.young)
-    area = None if isinstance(shell.surface, MeshFile) else shell.surface.area
+    area = None if isinstance(shell.surface, Given) else shell.surface.area
     return BodyPlan(
         name=shell.name,
         nodes=len(mesh.points),
@@ -237,6 +237,12 @@ def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
                 )
             if key == "motions":
                 held.setdefault(load.body, []).append((number, caught))
+    for number, pressure in enumerate(scene.pressures):
+        mesh = meshes[pressure.body]
+        if pressure.where is not None and not inside(pressure.where, mesh.centres).any():
+            raise SceneError(
+                f"pressures[{number}].where catches no cell of shell '{pressure.body}', whose nodes are {show(mesh.spacing, 'm')} apart"
+            )
     for index, shell in enumerate(scene.shells):
         for number, region in enumerate(shell.sound):
             if not inside(region, meshes[shell.name].centres).any():

@@ -20,21 +20,16 @@ from typing import Any, Protocol
 
 from ..errors import RunInterrupted, RunStopped, SceneError
 from ..output import files
-from ..output.lock import LOCK_FILE, locked
-from ..scene.schema import Scene
-from ..scene.script import dump, load_scene
-from ..scene.study import Study
+from ..output.lock import locked
+from ..scene import Scene, dump, load_scene
 from ..scene.units import show
 from . import speed
-from .plan import Plan, plan
-from .progress import Pace, Progress, bytes_text, duration_text, progress_line
+from .draw import draw
+from .gate import LOG_FILE, SCENE_FILE, STOPPED, SUMMARY_FILE, check_out, checked_plan, default_out
+from .progress import Pace, Progress, progress_line
+from .tell import contact_text, tell_plan
 
 BEAT = 0.5  # s of wall clock between looks at the clock, the keyboard and the screen
-LEAK_UNITS = {
-    "escaped_mass": "kg", "escaped_count": "-", "rate": "kg/s", "jet_speed": "m/s", "jet_x": "-", "jet_y": "-", "jet_z": "-",
-    "opening_area": "m2",
-}  # fmt: skip
-SCENE_FILE, SUMMARY_FILE, LOG_FILE, STOPPED = "scene.json", "summary.json", "log.txt", "stopped"
 
 
 class WorldLike(Protocol):
@@ -62,6 +57,7 @@ class WorldLike(Protocol):
     def advance_to(self, time: float) -> None: ...
     def probes(self) -> dict[str, dict[str, float]]: ...
     def tracks(self, look: bool = True) -> dict[str, dict[str, float]]: ...
+    def track_units(self) -> dict[str, dict[str, str]]: ...
     def contact_report(self) -> dict[str, float] | None: ...
     def frame(self) -> Any: ...
     def energies(self) -> dict[str, float]: ...
@@ -112,61 +108,6 @@ class Clocks:
     @property
     def seconds(self) -> dict[str, float]:
         return {"compile": self.compile, "advance": self.advance, "write": self.write}
-
-
-def track_unit(name: str, column: str) -> str:
-    """Unit of a column of a body's history: of the leak its own, of a rigid body by its first letter."""
-    if name == "leak":
-        return LEAK_UNITS[column]
-    return {"v": "m/s", "f": "N"}.get(column[0], "m")
-
-
-def default_out(scene: Scene | Study) -> Path:
-    return Path("runs") / f"{scene.name}-{scene.quality}"
-
-
-def checked_plan(scene: Scene, arch: str) -> Plan:
-    """The plan, refused where this machine cannot hold the run."""
-    from ..output.measures import check_quantities
-
-    check_quantities(scene)
-    p = plan(scene, speed.recall(scene, arch))
-    available = files.memory()
-    if available is not None and p.memory > available:
-        raise SceneError(
-            f"numerics.spacing {show(scene.numerics.spacing, 'm')} gives {p.nodes} nodes and needs about "
-            f"{bytes_text(p.memory)} of memory; this machine has {bytes_text(available)}"
-        )
-    return p
-
-
-def check_out(out: Path, need: int, mark: str = SCENE_FILE) -> None:
-    """`out` must be new, empty or an earlier run (or study, by its `mark`), writable, and on a disk with room."""
-    if out.exists() and not out.is_dir():
-        raise SceneError(f"--out '{out}' is a file; give a folder")
-    known = (mark, mark + ".tmp", LOCK_FILE)  # what a run that was killed at its very start may leave
-    if out.is_dir() and {p.name for p in out.iterdir()} - set(known) and not (out / mark).is_file():
-        raise SceneError(f"--out '{out}' holds files that are not of a run; give a new or empty folder")
-    if out.is_dir():
-        files.check_links(out, (*files.RUN, *files.STUDIES))
-    there = out
-    while not there.exists():
-        there = there.parent
-    if not there.is_dir() or not os.access(there, os.W_OK):
-        raise SceneError(f"--out '{out}' cannot be written: no permission in '{there}'")
-    free = shutil.disk_usage(there).free
-    if need > free:
-        raise SceneError(f"--out '{out}' needs about {bytes_text(need)}; the disk has {bytes_text(free)} free")
-
-
-def spare(out: Path) -> None:
-    """SceneError where `out` holds what a run would destroy: an earlier one, finished or not."""
-    if not (out / SCENE_FILE).is_file():
-        return
-    if (out / SUMMARY_FILE).is_file():
-        raise SceneError(f"'{out}' holds a finished run; replace it with --overwrite, or give another folder with --out")
-    if any((out / "checkpoints").glob("*.checkpoint")):
-        raise SceneError(f"'{out}' holds an interrupted run; go on with: taichi-sph resume {out}, or replace it with --overwrite")
 
 
 def run(
@@ -288,8 +229,8 @@ class _Session:
             for name, values in (sim.probes() if scene.output.probes else {}).items()
         }
         self.tracks = {
-            name: HistoryWriter(out / "histories" / f"{name}.csv", {"time": "s"} | {k: track_unit(name, k) for k in values}, resumed_at)
-            for name, values in sim.tracks(look=False).items()
+            name: HistoryWriter(out / "histories" / f"{name}.csv", {"time": "s"} | units, resumed_at)
+            for name, units in sim.track_units().items()
         }
         o = scene.output
         self.sample = Every(o.samples, scene.duration)
@@ -430,70 +371,6 @@ class _Session:
         self.progress.say(f"written: {self.out}{os.sep} with {SUMMARY_FILE}, record.json, histories, frames (for ParaView)")
         for path in drawn:
             self.progress.say(f"picture: {path}")
-
-
-def contact_text(contact: dict[str, float]) -> str:
-    """One line on how contact was solved and what it cost."""
-    text = (
-        f"contact: {contact['iterations_per_step']:.1f} iterations a step, {100 * contact['share']:.0f} % of the time; deepest "
-        f"penetration {show(contact['penetration'], 'm')}"
-    )
-    if contact["unsolved"]:
-        text += f"; {contact['unsolved']:.0f} of {contact['solves']:.0f} steps ended above the tolerance"
-    return text
-
-
-def draw(out: Path, progress: Progress | None = None, movie: bool = False) -> list[Path]:
-    """Pictures of a run, from its files, or its movie alone; without the drawing packages a line that says how to get them."""
-    from ..output.folder import RunFolder
-
-    progress = progress or Progress()
-    with RunFolder(out) as folder:
-        folder.frames()  # a sentence where there is nothing to draw
-    if not can_draw(progress):
-        return []
-    from ..render import render_run
-
-    return render_run(out, progress.say, movie)
-
-
-def can_draw(progress: Progress) -> bool:
-    """Whether the drawing packages are there; says how to get them where not."""
-    from importlib.util import find_spec
-
-    missing = [name for name in ("matplotlib", "PIL") if find_spec(name) is None]  # without pyvista matplotlib draws
-    if missing:
-        progress.say(f"no pictures: {missing[0]} is missing; get it with: pip install 'taichi-sph[render]'")
-    return not missing
-
-
-def tell_plan(scene: Scene, p: Plan, progress: Progress) -> None:
-    """The lines of `validate`."""
-    progress.say(f"{scene.title} ({scene.name}, {scene.quality}{parameters_text(scene)})")
-    for body in p.bodies:
-        mass = f"mass {body.mass:.6g} kg"
-        if body.analytic_mass:
-            mass += f" (analytic {body.analytic_mass:.6g} kg, {100 * (body.mass / body.analytic_mass - 1):+.1e} %)"
-        spacing = f"{show(body.spacing_min, 'm')}"
-        if body.spacing_max > 1.0001 * body.spacing_min:
-            spacing += f" to {show(body.spacing_max, 'm')}"
-        progress.say(
-            f"  {body.name}: {body.nodes} nodes, {body.stress_points} stress points, spacing {spacing}, "
-            f"thickness {show(body.thickness, 'm')}, {mass}"
-        )
-        if body.note:
-            progress.say(f"  {body.name}: {body.note}")
-    n = scene.numerics
-    progress.say(f"  {n.formulation.kind}, {n.precision}, duration {show(scene.duration, 's')}")
-    memory = f"{bytes_text(p.memory)} ({bytes_text(p.memory / max(p.nodes, 1))} per node)"
-    progress.say(
-        f"  estimated: dt {show(p.dt, 's')}, {p.steps} steps, memory {memory}, disk {bytes_text(p.disk)}, {duration_text(p.seconds)}"
-    )
-
-
-def parameters_text(scene: Scene | Study) -> str:
-    """', a = 8, formulation = galerkin'."""
-    return "".join(f", {k} = {v:g}" if isinstance(v, float) else f", {k} = {v}" for k, v in scene.parameters.items())
 
 
 def _simulation(scene: Scene, arch: str, threads: int | None, progress: Progress, factory: Callable[..., WorldLike] | None) -> WorldLike:

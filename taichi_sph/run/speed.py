@@ -19,7 +19,7 @@ def cache_folder() -> Path:
 
 
 def _key(scene: Scene, arch: str) -> str:
-    return f"{arch} {scene.numerics.formulation.kind} {scene.numerics.precision}"
+    return f"{arch} {scene.formulations} {scene.numerics.precision}"
 
 
 def _load() -> dict[str, float]:

@@ -11,19 +11,23 @@ from typing import Any
 _WHERE = {
     "base": ("Body", "Quality"),
     "check": ("checked", "sentence"),
-    "histories": ("Ramp", "Step"),
+    "histories": ("Friedlander", "HalfSine", "Ramp", "Step", "TimePulse", "TimeTable", "Triangle"),
     "instead": ("Modes", "Static", "StepLimit"),
     "kept": ("Output", "Probe", "Quantity"),
     "kinds": ("Kind",),
     "library": ("ductile", "material", "materials"),
-    "loads": ("InitialVelocity", "NodalForce", "NodalMoment", "PrescribedVelocity", "Pulse", "SurfacePressure"),
+    "loads": (
+        "InitialVelocity", "NodalForce", "NodalMoment", "PrescribedVelocity", "Pulse", "Radial", "Rotation", "SurfacePressure"
+    ),
     "materials": ("Delay", "JohnsonCook", "LemaitreChaboche", "Material", "Mazars", "Perfect", "Power", "Table"),
     "numerics": ("Numerics",),
     "regions": ("Ball", "Box", "Outside"),
     "schema": ("Scene",),
     "script": ("derive", "dump", "load", "load_scene", "parameters_of"),
     "study": ("Convergence", "Study"),
-    "surfaces": ("CappedTank", "Cylinder", "Disc", "MeshFile", "Plate", "Roof", "SpherePatch"),
+    "surfaces": (
+        "BoxTank", "CappedTank", "Cylinder", "Disc", "Frustum", "HoleIn", "MeshFile", "Net", "Plate", "Roof", "Sphere", "SpherePatch"
+    ),
     "units": ("Angle", "Density", "Dimensionless", "Force", "Length", "Pressure", "Speed", "Spin", "Time", "to_si"),
     "..bodies.fluid.said": ("Acoustic", "Fluid", "FluidBox", "Hole", "ShellFill", "Tait", "Wall", "Water"),
     "..bodies.rigid.said": ("Pinball", "Rigid"),

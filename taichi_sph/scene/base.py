@@ -7,11 +7,12 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-from .units import Length
+from .units import Dimensionless, Length
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]  # names become file names
 Quality = Literal["draft", "standard", "paper"]
 Point = tuple[Length, Length, Length]
+Direction = tuple[Dimensionless, Dimensionless, Dimensionless]
 
 
 class Frozen(BaseModel):

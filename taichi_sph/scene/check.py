@@ -10,6 +10,7 @@ from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from ..errors import SceneError, nearest
+from .missing import key_said, kind_said
 from .units import Unit
 
 T = TypeVar("T")
@@ -53,7 +54,7 @@ def sentence(error: ValidationError, model: type | None = None) -> str:
     if others:
         more, keys = len(others), list(others)[:3]
         text += f" ({more} more error{'s' if more > 1 else ''}, in {', '.join(keys)}{', ...' if more > 3 else ''})"
-    return text
+    return re.sub(r"'[^']{120,}'|[^\s']{120,}", lambda long: long[0][:60] + "..." + long[0][-1], text)  # a name of thousands of letters
 
 
 def checked(model: type[T], build: Callable[[], T], prefix: str = "") -> T:
@@ -76,12 +77,16 @@ def _one(problem: Any, loc: list[str], annotations: list[Any]) -> str:
         return f"{key}{'.' if is_key else ': '}{said}" if key else said
     if kind == "extra_forbidden":
         owner = _model(annotations[-2] if len(annotations) > 1 else None)
+        if said := key_said(owner, loc[-1]):
+            return f"{key}{':' if said.startswith('not') else ''} {said}"
         where = f" in {_path(loc[:-1])}" if loc[:-1] else ""
         return f"unknown key '{loc[-1]}'{where}{nearest(loc[-1], owner.model_fields if owner else ())}"
     if kind in ("literal_error", "union_tag_invalid"):
         names = _names(context.get("expected") or context.get("expected_tags", ""))
         if kind == "union_tag_invalid":
             key, value = f"{key}.kind", context.get("tag")
+            if said := kind_said(str(value), names):
+                return f"{key} = {_shown(value)}: {said}"
         return f"{key} = {_shown(value)} is not allowed{nearest(str(value), names)}"
     if kind == "union_tag_not_found":
         return f"{key} needs a 'kind'{_kinds(annotations[-1] if annotations else None)}"

@@ -160,6 +160,12 @@ class Scene(Frozen):
         own = {key: value for key in OWN if (value := getattr(body, key, None)) is not None}
         return self.numerics.model_copy(update=own) if own else self.numerics
 
+    @property
+    def formulations(self) -> str:
+        """In which forms its shells are computed, in words."""
+        kinds = dict.fromkeys(self.numerics_of(shell).formulation.kind for shell in self.shells)
+        return ", ".join(kinds) or self.numerics.formulation.kind
+
     def met(self, one: str, other: str) -> Met:
         """What holds between two bodies, by name: may they meet, with which restitution."""
         return met(self, one, other)

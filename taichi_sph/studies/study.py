@@ -14,8 +14,11 @@ from ..errors import RunInterrupted, RunStopped, TaichiSphError
 from ..output import files
 from ..output.lock import locked
 from ..run import session as running
+from ..run.draw import can_draw
+from ..run.gate import SUMMARY_FILE, check_out, checked_plan, default_out
 from ..run.plan import Plan
 from ..run.progress import Progress, bytes_text, duration_text
+from ..run.tell import parameters_text
 from ..scene import Study, dump
 from ..scene.units import show
 
@@ -36,10 +39,10 @@ def run_study(
     SceneError before anything is written; RunStopped at the end when a case failed."""
     from ..output.study import STUDY_FILE
 
-    out = out or running.default_out(study)
+    out = out or default_out(study)
     progress = Progress()
     plans = plan_study(study, arch)
-    running.check_out(out, sum(p.disk for p in plans.values()), STUDY_FILE)
+    check_out(out, sum(p.disk for p in plans.values()), STUDY_FILE)
     files.check_links(out, study.cases)
     tell_study(study, plans, progress)
     how: dict[str, Any] = {"arch": arch, "threads": threads, "simulation": simulation}
@@ -66,7 +69,7 @@ def _run_cases(
 
     with files.whole(out / STUDY_FILE) as file:
         file.write(dump(study))
-    (out / running.SUMMARY_FILE).unlink(missing_ok=True)
+    (out / SUMMARY_FILE).unlink(missing_ok=True)
     command = command or f"taichi-sph run {out / STUDY_FILE}"
     failed: dict[str, str] = {}
     for number, (case, scene) in enumerate(study.cases.items(), 1):
@@ -74,7 +77,7 @@ def _run_cases(
         head = f"case {number} of {len(study.cases)}"
         if finished(folder, scene) and not overwrite:
             progress.say(f"{head}: {case} is finished already and kept; --overwrite runs it anew")
-            progress.say(f"  {case_answer(case, read_json(folder / running.SUMMARY_FILE))}")
+            progress.say(f"  {case_answer(case, read_json(folder / SUMMARY_FILE))}")
             continue
         going_on = interrupted(folder, scene) and not overwrite
         progress.say(f"{head}: {case}{' goes on from its checkpoint' if going_on else ''}, {plans[case].nodes} nodes, compiling ...")
@@ -96,15 +99,13 @@ def _run_cases(
             failed[case] = str(error)
             progress.say(f"  {case} stopped: {error}")
         else:
-            progress.say(f"  {case_answer(case, read_json(folder / running.SUMMARY_FILE))}")
+            progress.say(f"  {case_answer(case, read_json(folder / SUMMARY_FILE))}")
     how_many = threads or os.cpu_count() or 1
     summary = write_study_summary(out, study, failed, command=command, arch=arch, threads=how_many)
     drawn = draw_study(out, progress) if pictures else []
     for line in ("", *study_answer(study, summary), ""):
         progress.say(line)
-    progress.say(
-        f"written: {out}{os.sep} with {running.SUMMARY_FILE}, and a folder for each case (draw its pictures with taichi-sph render)"
-    )
+    progress.say(f"written: {out}{os.sep} with {SUMMARY_FILE}, and a folder for each case (draw its pictures with taichi-sph render)")
     for path in drawn:
         progress.say(f"picture: {path}")
     if failed:
@@ -117,12 +118,12 @@ def _run_cases(
 
 def plan_study(study: Study, arch: str) -> dict[str, Plan]:
     """The plan of each case, refused where this machine cannot hold one."""
-    return {case: running.checked_plan(scene, arch) for case, scene in study.cases.items()}
+    return {case: checked_plan(scene, arch) for case, scene in study.cases.items()}
 
 
 def tell_study(study: Study, plans: dict[str, Plan], progress: Progress) -> None:
     """The lines of `validate`: a line for each case, and the sums."""
-    progress.say(f"{study.title} ({study.name}, {study.quality}{running.parameters_text(study)}): {len(plans)} cases")
+    progress.say(f"{study.title} ({study.name}, {study.quality}{parameters_text(study)}): {len(plans)} cases")
     width = max(map(len, plans))
     for case, p in plans.items():
         progress.say(
@@ -143,11 +144,11 @@ def draw_study(out: Path, progress: Progress | None = None) -> list[Path]:
     progress = progress or Progress()
     study = read_study(out)
     folders = [out / case for case, scene in study.cases.items() if finished(out / case, scene)]
-    if len(folders) < 2 or not running.can_draw(progress):
+    if len(folders) < 2 or not can_draw(progress):
         return []
     from ..render import alike, render_compare, render_targets
 
     if not alike(folders):
-        return [render_targets(read_json(out / running.SUMMARY_FILE), out / "pictures" / "targets.png")]
+        return [render_targets(read_json(out / SUMMARY_FILE), out / "pictures" / "targets.png")]
     columns = 2 if len(folders) <= 4 else 3
     return [render_compare(folders, out / "pictures" / "comparison.png", title=study.title, columns=columns)]

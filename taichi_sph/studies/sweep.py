@@ -30,7 +30,7 @@ from typing import Any
 from ..errors import RunInterrupted, RunStopped, SceneError, TaichiSphError, nearest
 from ..output import files
 from ..output.lock import locked
-from ..run import session as running
+from ..run.gate import SUMMARY_FILE, check_out
 from ..run.progress import Progress, duration_text
 from ..scene import Numerics, Scene, Study
 from ..scene.script import dump, load, parameters_of, value_at
@@ -154,7 +154,7 @@ def compute(point: Mapping[str, Any]) -> dict[str, Any]:
         if code == RunInterrupted.exit_code:
             raise RunInterrupted(f"point {words(point['settings'])} was interrupted")
         if code == 0:
-            summary = json.loads((out / running.SUMMARY_FILE).read_text(encoding="utf-8"))
+            summary = json.loads((out / SUMMARY_FILE).read_text(encoding="utf-8"))
             return _result(point, {**summary, "command": point["command"]}, "")
     if code is None:
         return _result(point, None, f"it was not done after {duration_text(point['patience'])}")
@@ -365,7 +365,7 @@ def main(
     points = (one_at_a_time if alone else full)(design)
     out = out or Path("runs") / f"{found.name}-sweep"
     progress = Progress()
-    running.check_out(out, 1_000_000, MARK)
+    check_out(out, 1_000_000, MARK)
     threads = threads or max((os.cpu_count() or 1) // workers, 1)
     tasks = [task(path, base, settings, arch=arch, threads=threads, patience=patience) for settings in points]
     where = f"on {scheduler}" if scheduler else f"here, {workers} at a time"

@@ -450,8 +450,8 @@ def main(only: Sequence[str] = (), record: bool = False) -> list[Range]:
     """Prints the map, line by line; where asked to, records it as JSON, other knobs as they were, and draws the waves."""
     from ..output.folder import write_json
     from ..output.record import commit, machine
+    from ..run.draw import can_draw
     from ..run.progress import Progress
-    from ..run.session import can_draw
 
     for name in only:
         if name not in KNOBS:

@@ -14,7 +14,7 @@ from ..bodies.body import Now, common_schedule
 from ..couplings import kinds as coupling_kinds
 from ..errors import SceneError
 from ..frame import Frame
-from ..observers.leak import LeakGauge
+from ..observers.leak import UNITS, LeakGauge
 from ..pool import Pool, check, restore_all, state_of
 from ..scene import Scene
 from . import watchdog
@@ -115,10 +115,15 @@ class World:
         for group in self.groups:
             for rule, longest in group.longest_step().items():
                 steps[rule] = min(longest, steps.get(rule, math.inf))
+        rigid = self._only("rigid")
+        if not steps and rigid is not None:
+            steps = {"the smallest pinball": rigid.alone()}
+        of_bodies = min(steps.values(), default=math.inf)
         for coupling in self.couplings:
             for rule, longest in coupling.longest_step().items():
-                steps[rule] = min(longest, steps.get(rule, math.inf))
-        return steps or {"the smallest pinball": self._only("rigid").alone()}
+                # it makes stiffer what it acts on: squares of frequencies add up
+                steps[rule] = (longest**-2 + of_bodies**-2) ** -0.5
+        return steps
 
     @property
     def dt_rule(self) -> str:
@@ -224,6 +229,14 @@ class World:
         for group in self.groups:
             if hasattr(group, "tracks"):
                 found |= group.tracks(look)
+        return found
+
+    def track_units(self) -> dict[str, dict[str, str]]:
+        """Units of the columns of each history in `tracks`."""
+        found = {} if self.leak is None else {"leak": UNITS}
+        for group in self.groups:
+            if hasattr(group, "tracks"):
+                found |= dict.fromkeys(group.tracks(look=False), group.track_units)
         return found
 
     def contact_report(self) -> dict[str, float] | None:

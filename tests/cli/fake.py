@@ -58,6 +58,9 @@ class FakeWorld:
     def tracks(self, look: bool = True) -> dict[str, dict[str, float]]:
         return {}
 
+    def track_units(self) -> dict[str, dict[str, str]]:
+        return {}
+
     def contact_report(self) -> None:
         return None
 

@@ -8,7 +8,9 @@ import pytest
 
 from taichi_sph.errors import SceneError
 from taichi_sph.scene import load_scene
-from taichi_sph.studies import price, sweep
+from taichi_sph.studies import sweep
+from taichi_sph.studies.price import judge, words
+from taichi_sph.studies.price.knobs import BASE, PAPER, THESIS, knobs, together
 
 from ..scene.examples import GOOD
 
@@ -29,9 +31,9 @@ def entry(value, target=None, tolerance=None, unit="m"):
     return {"value": value, "unit": unit, "target": target, "tolerance": tolerance, "source": "theory", "met": met}
 
 
-def knobs(**changes):
+def of_small(**changes):
     """Knobs of the small scene with other keys."""
-    return price.knobs(load_scene_of(changes), ["quality"])
+    return knobs(load_scene_of(changes), ["quality"])
 
 
 def load_scene_of(changes):
@@ -42,19 +44,19 @@ def load_scene_of(changes):
 
 @pytest.mark.long
 def test_knobs_come_from_the_scene():
-    flat = knobs()
-    assert flat[price.BASE] == {} and flat["spacing x 2"] == {"numerics.spacing": 4e-3}
+    flat = of_small()
+    assert flat[BASE] == {} and flat["spacing x 2"] == {"numerics.spacing": 4e-3}
     assert flat["quality paper"] == {"quality": "paper"}
-    assert flat[price.THESIS] == {"quality": "paper", "numerics.formulation": "collocation"}
+    assert flat[THESIS] == {"quality": "paper", "numerics.formulation": "collocation"}
     assert flat["delay x 3"] == {"shells.plate.material.delay.tau_c": pytest.approx(3e-6)}
     assert not [name for name in flat if name.startswith(("shear_bound", "raised", "layers", "contact", "residual", "viscosity"))]
-    assert not any("quality" in settings for settings in price.knobs(load_scene_of({})).values())  # a scene without that option
-    bent = knobs(**{"shells.plate.motion": "free"})
+    assert not any("quality" in settings for settings in knobs(load_scene_of({})).values())  # a scene without that option
+    bent = of_small(**{"shells.plate.motion": "free"})
     assert {"shear_bound 0", "raised_inertia off"} <= bent.keys() and "layers 3" not in bent
-    viscous = knobs(**{"numerics.formulation": "collocation"})
+    viscous = of_small(**{"numerics.formulation": "collocation"})
     assert {"viscosity alpha 0", "no filters", "galerkin"} <= viscous.keys() and "stabilisation 0.05" not in viscous
     sound = {f"shells.plate.material.{key}": None for key in ("critical_damage", "delay", "damage")}
-    static = knobs(**{"shells.plate.motion": "free", "static": {}, "shells.plate.cuts": [], **sound})
+    static = of_small(**{"shells.plate.motion": "free", "static": {}, "shells.plate.cuts": [], **sound})
     assert "residual x 10" in static and not [n for n in static if n.startswith(("time_step", "raised", "delay"))]
 
 
@@ -63,9 +65,9 @@ def test_every_knob_of_a_struck_metal_plate():
     from pathlib import Path
 
     scene = load_scene(Path(__file__).parents[2] / "scenes" / "plate_perforation.py")
-    found = price.knobs(scene, ["quality", "velocity"])
+    found = knobs(scene, ["quality", "velocity"])
     assert {"layers 3", "contact tolerance 0.01", "shear_bound 0", "delay x 3", "quality paper"} <= found.keys()
-    assert not {"collocation", price.THESIS} & found.keys()  # the strong form has no plasticity here
+    assert not {"collocation", THESIS} & found.keys()  # the strong form has no plasticity here
     for name, settings in found.items():
         if "quality" not in settings:
             scene.derive(**settings), name  # every one is a valid scene
@@ -75,7 +77,7 @@ def test_every_knob_of_a_tank_of_water():
     from pathlib import Path
 
     scene = load_scene(Path(__file__).parents[2] / "scenes" / "tank_leak.py")
-    found = price.knobs(scene, ["quality", "level"])
+    found = knobs(scene, ["quality", "level"])
     assert {
         "water every 2",
         "water alpha 0.3",
@@ -84,12 +86,28 @@ def test_every_knob_of_a_tank_of_water():
         "water support 1.3",
         "contact tolerance 0.01",
     } <= found.keys()
-    assert found[price.THESIS]["fluids.water.contact"] == "pinballs"
+    assert found[THESIS]["fluids.water.contact"] == "pinballs"
     coarse = found["spacing x 2"]
     assert coarse["fluids.water.spacing"] / coarse["numerics.spacing"] == pytest.approx(1.19)  # together
-    alone = [name for name, settings in found.items() if price._only_spacing(settings)]
-    assert alone == [price.BASE, "quality standard", "quality paper", "spacing x 2", "spacing x 1.5", "spacing x 0.667"]
-    assert not price._only_spacing(found["water spacing x 0.8"]) and not price._only_spacing({"quality": "paper", "cells": "triangle"})
+    alone = [name for name, settings in found.items() if judge.only_spacing(settings)]
+    assert alone == [BASE, "quality standard", "quality paper", "spacing x 2", "spacing x 1.5", "spacing x 0.667"]
+    assert not judge.only_spacing(found["water spacing x 0.8"]) and not judge.only_spacing({"quality": "paper", "cells": "triangle"})
+    for name, settings in found.items():
+        if "quality" not in settings:
+            scene.derive(**settings), name
+
+
+def test_every_knob_of_two_tanks_says_whose_it_is():
+    from pathlib import Path
+
+    scene = load_scene(Path(__file__).parents[2] / "scenes" / "two_tanks.py")
+    found = knobs(scene, ["quality", "velocity"])
+    both = {"spacing x 2", "water_left, water_right alpha 0.3", "water_left, water_right spacing x 0.8", "support 1"}
+    each = {f"{knob} of {name}" for knob in ("layers 3", "delay x 3", "spacing x 1.5", "every 2") for name in ("left", "right")}
+    assert both | each <= found.keys()
+    assert found["water_left, water_right spacing x 0.8"].keys() == {"fluids.water_left.spacing", "fluids.water_right.spacing"}
+    assert found["spacing x 1.5 of left"] == {"shells.left.spacing": pytest.approx(1.5 * scene.numerics.spacing)}
+    assert len(found["spacing x 2"]) == 3
     for name, settings in found.items():
         if "quality" not in settings:
             scene.derive(**settings), name
@@ -99,7 +117,7 @@ def test_water_alone_has_no_knobs_of_a_shell():
     from pathlib import Path
 
     scene = load_scene(Path(__file__).parents[2] / "scenes" / "torricelli.py")
-    found = price.knobs(scene, ["quality", "head"])
+    found = knobs(scene, ["quality", "head"])
     assert {"quality paper", "precision f32", "water alpha 0.06", "water delta 0", "time_step_safety 0.5"} <= found.keys()
     assert not [name for name in found if name.startswith(("support", "stabil", "cells", "contact", "shear")) or "every" in name]
 
@@ -109,11 +127,11 @@ def test_knobs_turned_together():
 
     path = Path(__file__).parents[2] / "scenes" / "plate_perforation.py"
     scene = load_scene(path)
-    found = price.together(path, scene, ["quality=standard, spacing=0.4mm", "support=1"])
+    found = together(path, scene, ["quality=standard, spacing=0.4mm", "support=1"])
     assert list(found.values()) == [{"quality": "standard", "numerics.spacing": "0.4mm"}, {"numerics.formulation.support": "1"}]
     assert list(found) == ["quality standard, spacing 0.4mm", "support 1"]
     with pytest.raises(SceneError, match="--also 'support' is not of the form key=value,key=value"):
-        price.together(path, scene, ["support"])
+        together(path, scene, ["support"])
 
 
 @pytest.mark.parametrize("order", [1.0, 1.7, 3.0])
@@ -121,24 +139,24 @@ def test_knobs_turned_together():
 def test_richardson_finds_the_limit_and_the_order(order):
     spacings = (1.0, 1.5, 2.0)
     values = [3.0 - 0.2 * d**order for d in spacings]
-    limit, found = price.richardson(spacings, values)
+    limit, found = judge.richardson(spacings, values)
     assert limit == pytest.approx(3.0, rel=1e-9) and found == pytest.approx(order, rel=1e-9)
 
 
 @pytest.mark.parametrize("values", [(1.0, 1.1, 1.05), (1.0, 1.0, 1.1), (1.0, 1.1, 1.1), (1.0, 1.1, 1.1001)])
 @pytest.mark.long
 def test_richardson_says_where_there_is_none(values):
-    assert price.richardson((1.0, 1.5, 2.0), values) is None
+    assert judge.richardson((1.0, 1.5, 2.0), values) is None
 
 
 @pytest.mark.long
 def test_what_is_judged():
     entries = {"count": entry(2, 2, 0), "width": entry(1.1, 1.0, 0.1), "skew": entry(0.0, 0, 0.05), "speed": entry(3.0)}
-    assert price.judged(entries) == (["width"], ["count"])
-    assert price.judged(entries, ["speed"]) == (["speed"], ["count"])
-    assert price.judged({"speed": entry(3.0), "force": entry(1.0)}) == (["speed"], [])
+    assert judge.judged(entries) == (["width"], ["count"])
+    assert judge.judged(entries, ["speed"]) == (["speed"], ["count"])
+    assert judge.judged({"speed": entry(3.0), "force": entry(1.0)}) == (["speed"], [])
     with pytest.raises(SceneError, match="--quantity sped: the scene has no such quantity; did you mean 'speed'"):
-        price.judged(entries, ["sped"])
+        judge.judged(entries, ["sped"])
 
 
 def point(name, value, processor, met=True, spacing=1.0, status="done"):
@@ -153,32 +171,32 @@ def point(name, value, processor, met=True, spacing=1.0, status="done"):
 @pytest.mark.long
 def test_references():
     series = [point("a", 1.0 + 0.1 * d**2, 1, spacing=d) for d in (1.0, 2.0, 4.0)]
-    found = price.references(series[0], ["w"], series, {"w": entry(1.1)})["w"]
+    found = judge.references(series[0], ["w"], series, {"w": entry(1.1)})["w"]
     assert found["kind"] == "richardson" and found["value"] == pytest.approx(1.0) and "order 2" in found["words"]
-    found = price.references(series[0], ["w"], series, {"w": entry(1.1, 1.2, 0.1)})["w"]
+    found = judge.references(series[0], ["w"], series, {"w": entry(1.1, 1.2, 0.1)})["w"]
     assert (found["kind"], found["value"], found["limit"]) == ("target", 1.2, pytest.approx(1.0))
     series[1]["values"]["w"] = 1.0
-    found = price.references(series[0], ["w"], series, {"w": entry(1.1)})["w"]
+    found = judge.references(series[0], ["w"], series, {"w": entry(1.1)})["w"]
     assert (found["kind"], found["value"]) == ("finest", 1.1) and "do not converge monotonically" in found["words"]
 
 
 def record(*points):
     refs = {"w": {"value": 1.0, "unit": "m", "kind": "target", "words": "theory"}}
     for p in points:
-        p["error"] = price.error_of(p, refs, ["count"])
+        p["error"] = judge.error_of(p, refs, ["count"])
     points = list(points)
     return {
         "scene": "small", "title": "A plate", "quality": "draft", "references": refs, "counts": ["count"],
-        "points": points, "front": price.front(points),
-        "qualities": price.qualities(points), "command": "taichi-sph price small", "left_out": {}, "thesis": price.THESIS,
+        "points": points, "front": judge.front(points),
+        "qualities": judge.qualities(points), "command": "taichi-sph price small", "left_out": {}, "thesis": THESIS,
     }  # fmt: skip
 
 
 def several():
     return [
-        point(price.BASE, 1.02, 10), point("quick", 1.028, 4), point("rough", 1.2, 1), point("fine", 1.004, 40), point("fool", 1.03, 50),
+        point(BASE, 1.02, 10), point("quick", 1.028, 4), point("rough", 1.2, 1), point("fine", 1.004, 40), point("fool", 1.03, 50),
         point("lucky", 1.0, 2, met=False), point("gone", None, 0.1, status="failed"),
-        point(price.THESIS, 1.05, 30) | {"settings": {"formulation": "collocation"}},
+        point(THESIS, 1.05, 30) | {"settings": {"formulation": "collocation"}},
     ]  # fmt: skip
 
 
@@ -187,10 +205,10 @@ def test_errors_front_and_qualities():
     found = record(*several())
     errors = {p["name"]: p["error"] for p in found["points"]}
     assert errors["rough"] == pytest.approx(0.2) and errors["lucky"] is None and errors["gone"] is None
-    assert price.front([*found["points"], {**found["points"][0], "name": "delay x 3", "error": 0.0}]) == found["front"]
-    assert found["front"] == ["rough", "quick", price.BASE, "fine"]
+    assert judge.front([*found["points"], {**found["points"][0], "name": "delay x 3", "error": 0.0}]) == found["front"]
+    assert found["front"] == ["rough", "quick", BASE, "fine"]
     assert found["qualities"] == {"draft": "quick", "standard": "quick", "paper": "fine"}
-    assert price.qualities([p for p in found["points"] if p["error"] is None]) == {}
+    assert judge.qualities([p for p in found["points"] if p["error"] is None]) == {}
     steep = record(
         point("useless", 13.0, 0.2), point("bad", 1.15, 0.3), point("rough", 1.08, 1), point("good", 1.0014, 9), point("best", 1.0007, 69)
     )
@@ -199,7 +217,7 @@ def test_errors_front_and_qualities():
 
 @pytest.mark.long
 def test_words():
-    said = " ".join(price.sentences(record(*several())))
+    said = " ".join(words.sentences(record(*several())))
     assert "As it is (draft): error 2 % of w for 10 processor seconds, 10 M node-steps." in said
     assert "Twice as fast (quick, 2.5 times) costs 0.8 % of w." in said
     assert "Five times as fast (rough, 10 times) costs 18 % of w." in said and "Twenty times as fast: none" in said
@@ -208,15 +226,15 @@ def test_words():
     assert "With no more error: as it is, error 2 %, 3 times as fast." in said
     noisy = several()
     noisy[0]["spread"], noisy[0]["runs"] = [0.0, 0.05], 4
-    assert "costs 0.8 % of w, which is within the spread of 5 %." in " ".join(price.sentences(record(*noisy)))
+    assert "costs 0.8 % of w, which is within the spread of 5 %." in " ".join(words.sentences(record(*noisy)))
     thesis = several()
-    thesis[-1] = point(price.THESIS, 1.001, 1.5)
-    assert "No point is twice as fast as they are with no more error." in price.sentences(record(*thesis))
-    thesis[-1] = point(price.THESIS, 1.015, 30) | {"spread": [0.01, 0.025], "runs": 3}  # 2 % is within its spread
-    assert "With no more error: as it is, error 2 %, 3 times as fast." in price.sentences(record(*thesis))
-    metal = record(*several()[:-1], point(price.PAPER, 1.05, 30)) | {"thesis": price.PAPER}  # the strong form has no metal
-    assert "The thesis's own settings (its spacing, in galerkin): error 5 % for 30" in " ".join(price.sentences(metal))
-    text = price.table(record(*several()))
+    thesis[-1] = point(THESIS, 1.001, 1.5)
+    assert "No point is twice as fast as they are with no more error." in words.sentences(record(*thesis))
+    thesis[-1] = point(THESIS, 1.015, 30) | {"spread": [0.01, 0.025], "runs": 3}  # 2 % is within its spread
+    assert "With no more error: as it is, error 2 %, 3 times as fast." in words.sentences(record(*thesis))
+    metal = record(*several()[:-1], point(PAPER, 1.05, 30)) | {"thesis": PAPER}  # the strong form has no metal
+    assert "The thesis's own settings (its spacing, in galerkin): error 5 % for 30" in " ".join(words.sentences(metal))
+    text = words.table(record(*several()))
     assert "| gone | failed: it broke |" in text and "another answer: count 2" in text and "| **fine** | 0.4 % | 1.004 | 40.00 |" in text
 
 
@@ -253,12 +271,12 @@ def test_the_command(call, work, runs):
     assert found["references"]["crack_width"]["kind"] == "target" and found["references"]["crack_width"]["limit"] == pytest.approx(1.0)
     assert points["quality paper"]["error"] == pytest.approx((0.0025 + 0.0125 + 0.0175) / 3)  # mean over three runs
     assert points["spacing x 2"]["error"] is None  # three cracks instead of one
-    assert points[price.BASE]["runs"] == 3 and points[price.BASE]["spread"] == pytest.approx([0.025, 0.055])
+    assert points[BASE]["runs"] == 3 and points[BASE]["spread"] == pytest.approx([0.025, 0.055])
     assert "spread" not in points["precision f32"] and points["precision f32"]["error"] == pytest.approx(0.54)
     assert (
         found["command"] == "taichi-sph price plate.py --seeds 2 --most 100"
         and found["cost"] == "node_steps"
-        and found["quality_rule"] == price.QUALITY_RULE
+        and found["quality_rule"] == judge.QUALITY_RULE
     )
     assert {s.get("numerics.seed") for s in runs} == {None, 1, 2}
     text = (work / "p/price.md").read_text()

@@ -12,6 +12,7 @@ import numpy as np
 
 from taichi_sph.frame import NO_CELLS, BodyFrame, Frame
 from taichi_sph.geometry.surfaces import generate
+from taichi_sph.observers.leak import UNITS
 from taichi_sph.output.folder import RunFolder
 from taichi_sph.output.frames import FramesWriter
 from taichi_sph.output.histories import write_history
@@ -46,10 +47,7 @@ JET, LEAK = 60.0, 3.1  # m/s, l/s
 RIGID_UNITS = (
     {"time": "s"} | dict.fromkeys("xyz", "m") | dict.fromkeys(("vx", "vy", "vz"), "m/s") | dict.fromkeys(("fx", "fy", "fz", "f_max"), "N")
 )
-LEAK_UNITS = {
-    "time": "s", "escaped_mass": "kg", "escaped_count": "-", "rate": "kg/s", "jet_speed": "m/s",
-    "jet_x": "-", "jet_y": "-", "jet_z": "-", "opening_area": "m2",
-}  # fmt: skip
+LEAK_UNITS = {"time": "s"} | UNITS
 
 
 def steel(**changes: object) -> Material:

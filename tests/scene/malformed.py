@@ -47,7 +47,11 @@ MALFORMED: list[tuple[str, Any, str]] = [
     ("numerics.formulation", "galerkine", "did you mean 'galerkin'?"),
     ("numerics.formulation", {"support": 1.2}, "needs a 'kind': one of 'galerkin', 'collocation'"),
     ("numerics", 3, "numerics = 3 is not a"),
-    ("shells.0.surface.kind", "torus", "is not allowed; valid: plate, disc, cylinder, capped_tank, sphere_patch, roof, mesh"),
+    (
+        "shells.0.surface.kind",
+        "torus",
+        "is not allowed; valid: plate, disc, cylinder, capped_tank, frustum, box, sphere_patch, sphere, roof, mesh, net",
+    ),
     ("shells.0.motion", "in plane", "did you mean 'in_plane'?"),
     ("shells.0.name", "../plate", "it becomes a file name"),
     ("forces.0.where", {"kind": "sphere"}, "valid: box, ball"),

@@ -131,7 +131,7 @@ positive = st.floats(1e-3, 1e3)
 @given(
     length=st.floats(0.03, 10), width=st.floats(0.02, 10), nu=st.floats(-0.99, 0.49), rho=st.floats(2e3, 2e4),
     young=st.floats(2e10, 1e12), a=positive, seed=st.integers(0, 2**32 - 1), kind=st.sampled_from(["galerkin", "collocation"]),
-    open_side=st.sampled_from([None, 0.0, -3.5]), text=st.text(st.characters(exclude_categories=["Cc", "Cs", "Zl", "Zp"]), max_size=20),
+    open_side=st.sampled_from([None, 0.0, -3.5]), text=st.text(max_size=20).filter(str.isprintable),
 )  # fmt: skip
 def test_json_round_trip(tmp_path, length, width, nu, rho, young, a, seed, kind, open_side, text):
     data = json.loads(json.dumps(GOOD))

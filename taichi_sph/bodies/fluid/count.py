@@ -26,10 +26,9 @@ def count(fluid: Fluid, spacing: float, surface: Surface | None = None, thicknes
         if fluid.fill.level is not None:
             volume = _revolved(surface, thickness, fluid.fill.axis, fluid.fill.level)
         if volume is None:
-            volume = math.pi * surface.radius**2 * surface.length
-            if isinstance(surface, CappedTank) and surface.cap == "dome":
-                h = surface.cap_height or surface.radius
-                volume += math.pi * h * (3 * surface.radius**2 + h**2) / 3
+            volume = surface.volume if isinstance(surface, CappedTank) else math.pi * surface.radius**2 * surface.length
+    elif getattr(surface, "volume", None) is not None:
+        volume = surface.volume
     elif mesh is not None:
         axis = AXES[fluid.fill.axis]
         low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)

@@ -248,7 +248,7 @@ def _feet(p: np.ndarray, t: np.ndarray) -> np.ndarray:
 
 def _revolved(surface, thickness: float, axis: str, level: float) -> float | None:
     """Volume inside a tank up to a level along its own axis [m3], by its radius over the height; None for other bodies."""
-    if not isinstance(surface, (Cylinder, CappedTank)) or surface.axis != axis:
+    if not isinstance(surface, (Cylinder, CappedTank)) or surface.axis != axis or getattr(surface, "cap", "flat") not in ("flat", "dome"):
         return None
     half = surface.half_angle if isinstance(surface, CappedTank) else 0.0
     bottom, e = surface.origin[AXES[axis]], 0.5 * thickness

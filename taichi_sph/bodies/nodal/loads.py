@@ -7,32 +7,55 @@ import numpy as np
 from ... import runtime
 from ...pool import Pool
 from ...runtime import ti
+from ...scene.histories import Points
 from .nodes import Nodes
 
 
 @ti.data_oriented
+class Curves(Pool):
+    """Histories as data: the points of all of them in one table, curve k from first[k] to first[k + 1]; equal ones stand there once."""
+
+    def __init__(self, name: str, curves: Sequence[Points]):
+        super().__init__(name)
+        self.known = list(dict.fromkeys(curves))
+        points = np.array([point for curve in self.known for point in curve], dtype=np.float64).reshape(-1, 2)
+        self.first = self.field("first", len(self.known) + 1, dtype="i32", doc="row of the first point of a history")
+        self.time = self.field("time", len(points), unit="s", doc="of a point")
+        self.factor = self.field("factor", len(points), doc="of the full value, at a point")
+        runtime.put(self.first, np.cumsum([0] + [len(curve) for curve in self.known]).astype(np.int32))
+        runtime.put(self.time, points[:, 0])
+        runtime.put(self.factor, points[:, 1])
+
+    def number(self, curve: Points) -> int:
+        """Of a history."""
+        return self.known.index(curve)
+
+
+@ti.data_oriented
 class Loads(Pool):
-    """Nodal forces and moments by entries (node, load, rise); motions by number, found through nodes.fixed."""
+    """Nodal forces and moments by entries (node, load, history); motions by number, found through nodes.fixed."""
 
     def __init__(self, nodes: Nodes, forces: Sequence, motions: Sequence, moments: Sequence = (), name: str = "loads", blows: bool = False):
-        """forces: list of (node numbers, (n, dim) forces [N], rise [s]); moments: the same, (n, 3) [N m];
-        motions: list of (node numbers, (dim,) mask, (dim,) velocity [m/s], (3,) mask, (3,) spin [rad/s], rise [s]);
-        the second pair counts for a shell that bends. rise 0 = step. blows: they act now and then, as blows (slow.SlowNodes)."""
+        """forces: list of (node numbers, (n, dim) forces [N], points of their history); moments: the same, (n, 3) [N m];
+        motions: list of (node numbers, (dim,) mask, (dim,) velocity [m/s], (3,) mask, (3,) spin [rad/s], points of their history);
+        the second pair counts for a shell that bends. blows: they act now and then, as blows (slow.SlowNodes)."""
         super().__init__(name)
         self.nodes = nodes
         self.pushes, self.twists, self.moves = bool(forces), bool(moments), bool(motions)
         self.blows = blows
         self.acts = self.pushes or self.twists or self.moves
-        self.constant = all(rise == 0 for _, _, rise in [*forces, *moments])
+        self.constant = all(len(curve) == 1 for *_, curve in [*forces, *moments])
+        if self.acts:
+            self.curves = Curves(f"{name}.curves", [curve for *_, curve in [*forces, *moments, *motions]])
         if self.acts:
             self.work = self.field("work", nodes.n, unit="J", doc="done on the node up to time n", keeps=True)
             self.ahead = self.field("ahead", nodes.n, unit="J", doc="what f_n does on the way to n + 1", keeps=True)
         if nodes.bends and (self.twists or self.moves):
             self.ahead_spin = self.field("ahead_spin", nodes.n, unit="J", doc="the same of moments and spins", keeps=True)
         if self.pushes:
-            self.force = NodalLoad(f"{name}.force", nodes, forces, nodes.dim, "N")
+            self.force = NodalLoad(f"{name}.force", nodes, forces, nodes.dim, "N", self.curves)
         if self.twists:
-            self.moment = NodalLoad(f"{name}.moment", nodes, moments, 3, "N m")
+            self.moment = NodalLoad(f"{name}.moment", nodes, moments, 3, "N m", self.curves)
         self.set(0.0)
         if motions:
             self._motions(motions)
@@ -41,12 +64,12 @@ class Loads(Pool):
         nodes, dim = self.nodes, self.nodes.dim
         fixed = np.zeros(nodes.n, np.int32)
         self.mask = self.field("mask", len(motions), dim, "i32", doc="1: this component is prescribed")
-        self.velocity = self.field("velocity", len(motions), dim, unit="m/s", doc="prescribed, once it has risen")
-        self.rise = self.field("rise", len(motions), unit="s", doc="time over which it grows, 0: a step")
+        self.velocity = self.field("velocity", len(motions), dim, unit="m/s", doc="prescribed, at its full value")
+        self.curve = self.field("curve", len(motions), dtype="i32", doc="number of its history")
         if nodes.bends:
             self.spin_mask = self.field("spin_mask", len(motions), 3, "i32", doc="1: this component of the spin is prescribed")
-            self.spin = self.field("spin", len(motions), 3, unit="rad/s", doc="prescribed, once it has risen")
-        for m, (i, mask, velocity, spin_mask, spin, rise) in enumerate(motions):
+            self.spin = self.field("spin", len(motions), 3, unit="rad/s", doc="prescribed, at its full value")
+        for m, (i, mask, velocity, spin_mask, spin, curve) in enumerate(motions):
             fixed[i] = m + 1
             if nodes.bends:
                 for c in range(3):
@@ -55,7 +78,7 @@ class Loads(Pool):
             for c in range(dim):
                 self.mask[m][c] = int(mask[c])
                 self.velocity[m][c] = float(velocity[c])
-            self.rise[m] = rise
+            self.curve[m] = self.curves.number(curve)
         runtime.put(nodes.fixed, fixed)
 
     def given(self) -> list["NodalLoad"]:
@@ -64,7 +87,7 @@ class Loads(Pool):
 
     def pools(self) -> list[Pool]:
         """All that has fields."""
-        return [self, *self.given()]
+        return [self, *([self.curves] if self.acts else []), *self.given()]
 
     def set(self, time: float) -> None:
         """Loads at `time`."""
@@ -81,18 +104,19 @@ class Loads(Pool):
 
 @ti.data_oriented
 class NodalLoad(Pool):
-    """One kind of nodal load: `total` (N, c) on the nodes now, from entries (node, value, rise)."""
+    """One kind of nodal load: `total` (N, c) on the nodes now, from entries (node, value, history)."""
 
-    def __init__(self, name: str, nodes: Nodes, entries: Sequence, components: int, unit: str):
+    def __init__(self, name: str, nodes: Nodes, entries: Sequence, components: int, unit: str, curves: Curves):
         super().__init__(name)
+        self.curves = curves
         self.n = sum(len(i) for i, _, _ in entries)
         self.total = self.field("total", nodes.n, components, unit=unit, doc="on the node now")
         self.node = self.field("node", self.n, dtype="i32", doc="of an entry")
-        self.value = self.field("value", self.n, components, unit=unit, doc="of an entry, once it has risen")
-        self.rise = self.field("rise", self.n, unit="s", doc="time over which an entry grows, 0: a step")
+        self.value = self.field("value", self.n, components, unit=unit, doc="of an entry, at its full value")
+        self.curve = self.field("curve", self.n, dtype="i32", doc="number of its history")
         runtime.put(self.node, np.concatenate([i for i, _, _ in entries]).astype(np.int32))
         runtime.put(self.value, np.concatenate([f for _, f, _ in entries]))
-        runtime.put(self.rise, np.concatenate([np.full(len(i), float(rise)) for i, _, rise in entries]))
+        runtime.put(self.curve, np.concatenate([np.full(len(i), curves.number(curve), np.int32) for i, _, curve in entries]))
 
     def set(self, time: float) -> None:
         """Sum the entries at `time`."""
@@ -101,11 +125,21 @@ class NodalLoad(Pool):
 
 
 @ti.func
-def history(time, rise):
-    """T 2.111: grows linearly to 1 at `rise`, then stays; rise = 0 is a step."""
-    value = time * 0.0 + 1.0
-    if time < rise:
-        value = time / rise
+def history(time, curves: ti.template(), k):
+    """Factor of history k at a time, linear between its points (scene.histories.factor)."""
+    low, high = curves.first[k], curves.first[k + 1] - 1
+    value = curves.factor[high]
+    if time < curves.time[high]:
+        value = curves.factor[low]
+        if time >= curves.time[low]:
+            while high - low > 1:
+                middle = (low + high) // 2
+                if time < curves.time[middle]:
+                    high = middle
+                else:
+                    low = middle
+            begin, end = curves.factor[low], curves.factor[high]
+            value = begin + (time - curves.time[low]) / (curves.time[high] - curves.time[low]) * (end - begin)
     return value
 
 
@@ -138,4 +172,4 @@ def _clear(load: ti.template(), n: ti.i32):
 def _gather(load: ti.template(), n: ti.i32, time: float):
     ti.loop_config(serialize=True)  # a node may stand in several entries
     for k in range(n):
-        load.total[load.node[k]] += load.value[k] * history(time, load.rise[k])
+        load.total[load.node[k]] += load.value[k] * history(time, load.curves, load.curve[k])

@@ -24,7 +24,7 @@ def kick_and_drift(nodes: ti.template(), loads: ti.template(), n: ti.i32, dt_bef
                 free = after
                 for c in ti.static(range(nodes.dim)):
                     if loads.mask[g][c] == 1:
-                        after[c] = loads.velocity[g][c] * history(half_time, loads.rise[g])
+                        after[c] = loads.velocity[g][c] * history(half_time, loads.curves, loads.curve[g])
                 push += nodes.mass[i] / kick * (after - free)
         if ti.static(loads.acts):
             booked = any(push != 0.0)
@@ -64,7 +64,7 @@ def _turn(nodes: ti.template(), loads: ti.template(), i, kick, dt_before, dt, ha
             free = after
             for c in ti.static(range(3)):
                 if loads.spin_mask[g][c] == 1:
-                    after[c] = loads.spin[g][c] * history(half_time, loads.rise[g])
+                    after[c] = loads.spin[g][c] * history(half_time, loads.curves, loads.curve[g])
             after = undrilled(loads, g, n, after)
             twist += nodes.inertia[i] / kick * (after - free)
     if ti.static(loads.twists or loads.moves):

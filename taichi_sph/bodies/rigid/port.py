@@ -6,7 +6,7 @@ import numpy as np
 
 from ...numerics.turns import product, turned
 from ...runtime import ti
-from ..body import Now
+from ..body import Now, Span
 from ..surface import Balls, Surface
 from .pool import free_velocity, spin_of, spun
 
@@ -23,6 +23,10 @@ class RigidSurface(Surface):
         self.bounce = [body.restitution for body in group.scene.rigids]
         self.length = 0.5 * float(rigids.ball_radius.min())
         self.balls = Balls(rigids.ball_body, rigids.ball_body, np.repeat(rigids.ball_radius[:, None], 2, axis=1), rigids.ball_arm)
+
+    def grip(self, span: Span, point: np.ndarray, radius: float | None) -> tuple[np.ndarray, np.ndarray]:
+        """The body itself, wherever the point is."""
+        return np.array([span.first]), point - self.group.scene.rigids[span.first].centre
 
     def look(self, port: Any, places: bool) -> None:
         _look(port, self.rigids, self.n, self.rigids.n_balls, self.first.body, self.first.ball, int(places))

@@ -11,8 +11,10 @@ import numpy as np
 from ...geometry.mesh import SurfaceMesh, joined
 from ...geometry.regions import inside
 from ...geometry.surfaces import mesh_of
-from ...scene import Ramp, Scene
+from ...scene import Ramp, Scene, Step
+from ...scene.histories import Points
 from ...scene.numerics import Numerics
+from ...scene.regions import Region
 from ..body import Span
 from ..nodal.nodes import Nodes
 from .pool import Cells, MaterialPool, Section
@@ -155,26 +157,26 @@ def _loaded(scene: Scene, bodies: Sequence[ShellBody], key: str) -> Iterator[tup
 
 
 def node_forces(scene: Scene, bodies: Sequence[ShellBody], dim: int) -> Iterator[tuple]:
-    """For bodies.nodal.loads: (node numbers, (n, dim) forces, rise) of every NodalForce, shared by node area, and gravity."""
+    """For bodies.nodal.loads: (node numbers, (n, dim) forces, history) of every NodalForce, shared by node area, and gravity."""
     for body, load, i in _loaded(scene, bodies, "forces"):
         share = body.mesh.node_areas[i] / body.mesh.node_areas[i].sum()
-        yield body.nodes.first + i, share[:, None] * np.asarray(load.total)[None, :dim], rise(scene, load.history)
+        yield body.nodes.first + i, share[:, None] * np.asarray(load.total)[None, :dim], curve(scene, load.history)
     if scene.gravity is not None:
         for body in bodies:
             weight = body.mesh.node_areas * body.said.thickness * body.said.material.density
             numbers = body.nodes.first + np.arange(len(weight))
-            yield numbers, weight[:, None] * np.asarray(scene.gravity)[None, :dim], rise(scene, None)
+            yield numbers, weight[:, None] * np.asarray(scene.gravity)[None, :dim], curve(scene)
 
 
 def node_moments(scene: Scene, bodies: Sequence[ShellBody]) -> Iterator[tuple]:
-    """For bodies.nodal.loads: (node numbers, (n, 3) moments, rise) of every NodalMoment, shared by node area."""
+    """For bodies.nodal.loads: (node numbers, (n, 3) moments, history) of every NodalMoment, shared by node area."""
     for body, load, i in _loaded(scene, bodies, "moments"):
         share = body.mesh.node_areas[i] / body.mesh.node_areas[i].sum()
-        yield body.nodes.first + i, share[:, None] * np.asarray(load.total)[None, :], rise(scene, load.history)
+        yield body.nodes.first + i, share[:, None] * np.asarray(load.total)[None, :], curve(scene, load.history)
 
 
 def node_motions(scene: Scene, bodies: Sequence[ShellBody], dim: int) -> Iterator[tuple]:
-    """For bodies.nodal.loads: (node numbers, mask, velocity, mask, spin, rise) of every PrescribedVelocity."""
+    """For bodies.nodal.loads: (node numbers, mask, velocity, mask, spin, history) of every PrescribedVelocity."""
     for body, motion, i in _loaded(scene, bodies, "motions"):
         given, spin = motion.velocity[:dim], motion.spin
         yield (
@@ -183,7 +185,7 @@ def node_motions(scene: Scene, bodies: Sequence[ShellBody], dim: int) -> Iterato
             [v or 0.0 for v in given],
             [w is not None for w in spin],
             [w or 0.0 for w in spin],
-            rise(scene, motion.history),
+            curve(scene, motion.history),
         )
 
 
@@ -191,15 +193,28 @@ def initial_velocity(scene: Scene, bodies: Sequence[ShellBody], dim: int) -> np.
     """(N, dim) velocities at t = 0; later entries of the scene overwrite earlier ones."""
     v = np.zeros((sum(body.nodes.n for body in bodies), dim))
     for body, start, i in _loaded(scene, bodies, "initial"):
-        shape = np.ones(len(i))
-        if start.pulse is not None:
-            shape = np.exp(-(((body.mesh.points[i, 0] - start.pulse.centre) / start.pulse.width) ** 2))
-        v[body.nodes.first + i] = shape[:, None] * np.asarray(start.velocity)[None, :dim]
+        v[body.nodes.first + i] = start.at(body.mesh.points[i])[:, :dim]
     return v
 
 
-def rise(scene: Scene, history: Any) -> float:
-    """Time over which a load grows [s]; of a static scene that asks for a step, the whole pseudo-time."""
-    if isinstance(history, Ramp):
-        return history.rise
-    return scene.duration if scene.static is not None else 0.0
+def initial_spin(scene: Scene, bodies: Sequence[ShellBody]) -> np.ndarray:
+    """(N, 3) spins of the directors at t = 0: what of a rotation lies across them, for there is no drilling."""
+    omega = np.zeros((sum(body.nodes.n for body in bodies), 3))
+    for body, start, i in _loaded(scene, bodies, "initial"):
+        normal = body.mesh.node_normals[i]
+        spin = np.broadcast_to((0.0, 0.0, 0.0) if start.rotation is None else start.rotation.spin, normal.shape)
+        omega[body.nodes.first + i] = spin - np.einsum("ni,ni->n", spin, normal)[:, None] * normal
+    return omega
+
+
+def pressed_cells(body: ShellBody, where: Region | None) -> np.ndarray:
+    """Numbers of the cells of a body that a pressure acts on: those whose middle is in the region, by itself all."""
+    mine = np.arange(body.cells.n) if where is None else np.flatnonzero(inside(where, body.mesh.centres))
+    return body.cells.first + mine
+
+
+def curve(scene: Scene, history: Any = None) -> Points:
+    """Points of a load's history, by itself a step; in a static scene a step grows over the whole pseudo-time."""
+    if scene.static is not None and isinstance(history, Step | None):
+        return Ramp(rise=scene.duration).points
+    return (history or Step()).points

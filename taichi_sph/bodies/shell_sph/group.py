@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,19 @@ from ..body import Entries, Group, Now, Rest, Span
 from ..nodal.loads import Loads
 from ..nodal.motion import kick_and_drift
 from ..nodal.slow import SlowNodes
-from .build import ShellBody, alike, build, initial_velocity, laws, node_forces, node_moments, node_motions, rise
+from .build import (
+    ShellBody,
+    alike,
+    build,
+    curve,
+    initial_spin,
+    initial_velocity,
+    laws,
+    node_forces,
+    node_moments,
+    node_motions,
+    pressed_cells,
+)
 from .collocation import Collocation
 from .damper import Damper
 from .edge_filter import THESIS_STEP, EdgeFilter
@@ -32,6 +44,7 @@ from .said import Shell
 from .spin_filter import SpinFilter
 from .stable_dt import StableStep
 from .stress import stored_energy
+from .surface import ShellPoints
 from .viscosity import PairViscosity
 
 
@@ -83,6 +96,8 @@ class ShellGroup(Rest):
         """Cuts, velocities and the stable step, once all bodies are there."""
         self.rupture.cut(self.cut_cells)
         runtime.put(self.nodes.v, initial_velocity(self.scene, self.shells, self.nodes.dim))
+        if self.nodes.bends and any(start.rotation is not None for start in self.scene.initial):
+            runtime.put(self.nodes.omega, initial_spin(self.scene, self.shells))
         self.stable = StableStep(self, f"stable{self.suffix}")
 
     def of(self, name: str) -> ShellBody:
@@ -123,7 +138,7 @@ class ShellGroup(Rest):
 
     def _pressures(self) -> SurfacePressures | None:
         pressed = [
-            Pressed(body.cells, p.value, rise(self.scene, p.history), p.kind == "follower")
+            Pressed(pressed_cells(body, p.where), p.value, curve(self.scene, p.history), p.kind == "follower")
             for body in self.shells
             for p in self.scene.loads_of("pressures", body.name)
         ]
@@ -170,6 +185,10 @@ class ShellGroup(Rest):
         group = runtime.get(self.nodes.fixed, self.nodes.n)
         whole = np.all(runtime.get(self.loads.mask, int(group.max())), axis=1)
         return (group > 0) & whole[np.maximum(group, 1) - 1]
+
+    def wettable(self, name: str, spacing: float, meets: Callable[[str], bool]) -> ShellPoints | None:
+        """The points that water presses on: the nodes, wherever they are."""
+        return ShellPoints(name, self, meets) if self.nodes.bends else None
 
     def stored(self) -> float:
         """Elastic energy [J]: live cells and residuals."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from ... import runtime
 from ...numerics import mls
-from ...numerics.cells import CellGrid, bucket, cube
+from ...numerics.cells import CUBES, CellGrid, beside, cube, group, running
 from ...numerics.kernel import b3, b3_slope
 from ...numerics.visibility import along, crosses
 from ...pool import Pool
@@ -94,7 +94,7 @@ class Links(Pool):
             self.slot = self.field("slot", pairs, dtype="i32", doc="place of a pair among the transposed ones")
         _fill(self, grid, n, grid.table, 1.0 / grid.reach)
         if transposed:
-            _transpose(self, n, n_sources)
+            _turn_round(self, n, n_sources)
 
     def _ints(self, name: str, values: np.ndarray, doc: str, keeps: bool = False) -> Any:
         field = self.field(name, len(values), dtype="i32", doc=doc, keeps=keeps)
@@ -147,12 +147,10 @@ def _near(links: ti.template(), r, j):
 def _visit(links: ti.template(), grid: ti.template(), r, table, inverse_reach, write: ti.template()):
     """Neighbours of row r in a fixed order: counts them, and writes them from start[r] on where asked."""
     middle = 0.5 * (links.at[2 * r] + links.at[2 * r + 1])
-    home = cube(middle, inverse_reach)
     count = 0
-    for a, b, c in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
-        there = home + ti.Vector([a, b, c])
-        place = bucket(there, table)
-        for m in range(grid.start[place], grid.start[place + 1]):
+    for k in range(CUBES):
+        there, first, last = beside(grid, middle, k, inverse_reach, table)
+        for m in range(first, last):
             j = grid.sorted[m]
             if all(cube(links.sources[j], inverse_reach) == there):
                 if _near(links, r, j):
@@ -168,25 +166,27 @@ def _count_rows(links: ti.template(), grid: ti.template(), n: ti.i32, table: ti.
         links.start[r + 1] = _visit(links, grid, r, table, inverse_reach, False)
 
 
-@ti.kernel
-def _sum_counts(links: ti.template(), n: ti.i32) -> ti.i32:
-    ti.loop_config(serialize=True)
-    for _ in range(1):
-        links.start[0] = 0
-        for r in range(n):
-            links.start[r + 1] += links.start[r]
-    return links.start[n]
-
-
 def _count(links: Links, grid: CellGrid, n: int, table: int, inverse_reach: float) -> int:
     _count_rows(links, grid, n, table, inverse_reach)
-    return _sum_counts(links, n)
+    return running(links.start, n)
 
 
 @ti.kernel
 def _fill(links: ti.template(), grid: ti.template(), n: ti.i32, table: ti.i32, inverse_reach: ti.f64):
     for r in range(n):
         _visit(links, grid, r, table, inverse_reach, True)
+
+
+def _turn_round(links: Links, n: int, n_sources: int) -> None:
+    """The entries of each source, in the order of the rows."""
+    if runtime.one_by_one():
+        _transpose(links, n, n_sources)
+        return
+    start = runtime.get(links.start, n + 1)
+    group(links.source, links.t_start, links.t_row, int(start[n]), n_sources)
+    entry = runtime.get(links.t_row, int(start[n]))
+    runtime.put(links.t_row, np.repeat(np.arange(n, dtype=np.int32), np.diff(start))[entry])
+    runtime.put(links.slot, np.argsort(entry).astype(np.int32))
 
 
 @ti.kernel

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ...runtime import ti
-from ..body import Now
+from ..body import Now, Span
 from ..nodal.loads import history
 from ..surface import Discs, Surface
 
@@ -24,6 +24,12 @@ class ShellSurface(Surface):
         body = np.repeat(np.arange(len(self.bodies)), [span.n for span in self.bodies])
         half = np.concatenate([np.full(shell.nodes.n, 0.5 * shell.said.thickness) for shell in group.shells])
         self.discs = Discs(body, half, 0.5 * group.mesh.node_spacing, border, group.mesh.points)
+
+    def grip(self, span: Span, point: np.ndarray, radius: float | None) -> tuple[np.ndarray, np.ndarray]:
+        """The nearest node, or the nodes within `radius`."""
+        away = np.linalg.norm(self.group.mesh.points[span.first : span.first + span.n] - point, axis=1)
+        near = [int(np.argmin(away))] if radius is None else np.flatnonzero(away <= radius)
+        return span.first + np.asarray(near), np.zeros(3)
 
     def look(self, port: Any, places: bool) -> None:
         first = self.first
@@ -118,7 +124,7 @@ def _offer(
                 for c in ti.static(range(3)):
                     if loads.mask[g][c] == 1:
                         w[c] = 0.0
-                        v[c] = ti.cast(loads.velocity[g][c] * history(half_time, loads.rise[g]), ti.f64)
+                        v[c] = ti.cast(loads.velocity[g][c] * history(half_time, loads.curves, loads.curve[g]), ti.f64)
         port.free[m], port.ease[m] = v, w
 
 

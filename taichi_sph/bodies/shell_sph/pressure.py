@@ -10,10 +10,13 @@ w_e f_s, and the internal forces carry the shares on to the nodes. Broken cells 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from ... import runtime
 from ...numerics.reduce import Reducer
 from ...pool import Pool
 from ...runtime import ti
-from ..body import Span
+from ...scene.histories import Points, factor
 from .galerkin import Galerkin
 from .pool import Cells
 
@@ -22,16 +25,16 @@ LEAVE, BOOK, START = 0, 1, 2  # do not touch the work, add to it, or only begin 
 
 @dataclass(frozen=True)
 class Pressed:
-    """One pressure of the scene: the cells of its body, its value [Pa], the time over which it grows [s], whether it follows."""
+    """One pressure of the scene: the numbers of its cells, its full value [Pa], the points of its history, whether it follows."""
 
-    cells: Span
+    cells: np.ndarray
     value: float
-    rise: float
+    curve: Points
     follower: bool
 
     def now(self, time: float) -> float:
-        """Pressure [Pa] at `time` (T 2.111)."""
-        return self.value * (time / self.rise if time < self.rise else 1.0)
+        """Pressure [Pa] at `time`."""
+        return self.value * factor(self.curve, time)
 
 
 @ti.data_oriented
@@ -42,7 +45,9 @@ class SurfacePressures(Pool):
     def __init__(self, pressed: Sequence[Pressed], internal: Galerkin, cells: Cells, name: str = "pressure"):
         super().__init__(name)
         self.pressed, self.internal, self.cells = pressed, internal, cells
-        self.n = n = sum(one.cells.n for one in pressed)
+        self.n = n = sum(len(one.cells) for one in pressed)
+        self.cell = self.field("cell", n, dtype="i32", doc="number of the cell of a row")
+        runtime.put(self.cell, np.concatenate([one.cells for one in pressed]).astype(np.int32))
         self.force = self.field("force", n, 3, unit="N", doc="of the step before", keeps=True)
         self.place = self.field("place", n, 3, unit="m", doc="mean displacement of the step before", keeps=True)
         self.work = self.field("work", n, unit="J", doc="done so far, trapezoidal", keeps=True)
@@ -51,8 +56,8 @@ class SurfacePressures(Pool):
         """Add the side forces of the pressures at `time`; book their work since the last booked call."""
         row = 0
         for one in self.pressed:
-            first, n = one.cells.first, one.cells.n
-            _press(self, self.internal, self.cells, first, n, row, one.now(time), int(one.follower), book, push)
+            n = len(one.cells)
+            _press(self, self.internal, self.cells, n, row, one.now(time), int(one.follower), book, push)
             row += n
 
     def before_rupture(self, time: float) -> None:
@@ -69,7 +74,6 @@ def _press(
     load: ti.template(),
     term: ti.template(),
     cells: ti.template(),
-    first: ti.i32,
     n: ti.i32,
     row: ti.i32,
     p: float,
@@ -78,7 +82,8 @@ def _press(
     push: ti.i32,
 ):
     for m in range(n):
-        s, q = first + m, row + m
+        q = row + m
+        s = load.cell[q]
         if cells.broken[s] == 0:
             x1, x2 = cells.a1[s], cells.a2[s]
             place = x1 * 0.0

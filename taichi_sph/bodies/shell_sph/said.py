@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, StrictBool, StrictInt, model_validator
@@ -10,7 +11,7 @@ from ...scene.base import Body, Choice, Frozen, Point
 from ...scene.kinds import Kind
 from ...scene.materials import Material
 from ...scene.regions import Region
-from ...scene.surfaces import Disc, MeshFile, Plate, Surface
+from ...scene.surfaces import Disc, Given, Plate, Surface
 from ...scene.units import Dimensionless, Length, show
 
 
@@ -88,18 +89,23 @@ class Shell(Body):
 
     @model_validator(mode="after")
     def _believable(self) -> Shell:
-        if not isinstance(self.surface, Plate | Disc | MeshFile) and self.motion == "in_plane":
+        if not isinstance(self.surface, Plate | Disc | Given) and self.motion == "in_plane":
             raise ValueError(
                 f"motion = 'in_plane' is for flat bodies, and shell '{self.name}' is a {self.surface.kind}; set motion = 'free'"
+            )
+        if isinstance(self.surface, Plate | Disc) and not self.surface.level and self.motion == "in_plane":
+            raise ValueError(
+                f"motion = 'in_plane' is for bodies parallel to z = 0, and shell '{self.name}' has another normal; set motion = 'free'"
             )
         if self.motion == "in_plane" and self.material.strength is not None and self.material.strength.layers is not None:
             raise ValueError(f"material.strength.layers: shell '{self.name}' has motion = 'in_plane' and is not bent; leave them out")
         if isinstance(self.surface, Plate):
             _fits_a_plate(self, self.surface)
-        elif not isinstance(self.surface, MeshFile) and self.thickness > self.surface.radius:
+        elif not isinstance(self.surface, Given) and self.thickness > self.surface.thickest:
+            what = "half the smallest width" if self.surface.kind == "box" else "the radius"
             raise ValueError(
-                f"thickness {show(self.thickness, 'm')} of shell '{self.name}' is larger than the radius of its "
-                f"{self.surface.kind} ({show(self.surface.radius, 'm')})"
+                f"thickness {show(self.thickness, 'm')} of shell '{self.name}' is larger than {what} of its "
+                f"{self.surface.kind} ({show(self.surface.thickest, 'm')})"
             )
         return self
 
@@ -126,7 +132,7 @@ class Shell(Body):
         if scene.static is not None and self.material.strength is not None:
             raise ValueError("static: a material with strength yields in time; leave out static or strength")
         spacing, surface = numerics.spacing, self.surface
-        if not isinstance(surface, MeshFile) and spacing > surface.smallest * (1 + 1e-9):
+        if not isinstance(surface, Given) and spacing > surface.smallest * (1 + 1e-9):
             key = f"{where}.spacing" if self.spacing is not None else "numerics.spacing"
             why = f"is {show(surface.smallest, 'm')} wide" if surface.kind == "plate" else f"takes at most {show(surface.smallest, 'm')}"
             raise ValueError(f"{key} {show(spacing, 'm')} is larger than the body: {surface.kind} '{self.name}' {why}")
@@ -158,15 +164,19 @@ def _fits_a_plate(shell: Shell, surface: Plate) -> None:
             f"thickness {show(shell.thickness, 'm')} of shell '{shell.name}' is larger than the plate itself "
             f"({show(surface.length, 'm')} x {show(surface.width, 'm')})"
         )
-    low = surface.origin
+    low = surface.origin if not surface.turned else (0.0, 0.0, 0.0)
     high = (low[0] + surface.length, low[1] + surface.width, low[2])
     margin = 0.05 * size  # a cut may start a little outside: it is the edge that it must open
     for number, cut in enumerate(shell.cuts):
         for end, point in (("start", cut.start), ("end", cut.end)):
+            place: tuple[float, ...] = point
+            names: Sequence[str] = "xyz"
+            if surface.turned:
+                place, names = surface.within(point), ("along its length", "along its width", "off its plane")
             for axis in range(3):
-                if not low[axis] - margin <= point[axis] <= high[axis] + margin:
+                if not low[axis] - margin <= place[axis] <= high[axis] + margin:
                     raise ValueError(
-                        f"cuts[{number}].{end}: {'xyz'[axis]} = {show(point[axis], 'm')} is outside the plate "
+                        f"cuts[{number}].{end}: {names[axis]} = {show(place[axis], 'm')} is outside the plate "
                         f"'{shell.name}' ({show(low[axis], 'm')} to {show(high[axis], 'm')})"
                     )
 
@@ -176,8 +186,13 @@ def _stays_in_plane(where: str, key: str, load: Any) -> None:
     if key in ("moments", "pressures"):
         raise ValueError(f"{where}: shell '{load.body}' moves in its plane and does not bend; give it motion = 'free'")
     across = "total" if key == "forces" else "velocity"
-    if getattr(load, across)[2]:
+    given = getattr(load, across)
+    if given is not None and given[2]:
         raise ValueError(f"{where}.{across}: z must be 0, for shell '{load.body}' moves in its plane (motion = 'in_plane')")
+    for field in ("radial", "rotation"):
+        of_it = getattr(load, field, None)
+        if of_it is not None and (of_it.axis is None or any(of_it.axis[:2])):
+            raise ValueError(f"{where}.{field}.axis must be (0, 0, 1), for shell '{load.body}' moves in its plane (motion = 'in_plane')")
     if any(w is not None for w in getattr(load, "spin", ())):
         raise ValueError(f"{where}.spin: shell '{load.body}' has motion = 'in_plane', its directors do not turn")
 

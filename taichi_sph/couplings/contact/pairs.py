@@ -27,7 +27,7 @@ import numpy as np
 
 from ... import runtime
 from ...errors import RunStopped
-from ...numerics.cells import CellGrid, bucket, cube, running
+from ...numerics.cells import CUBES, CellGrid, beside, cube, running
 from ...pool import Pool
 from ...runtime import ti
 from ..ports import Port
@@ -105,9 +105,16 @@ class Pairs(Pool):
         root = runtime.get(self.root, port.n_bodies)
         done: list[np.ndarray] = []
         waiting = list(parts)
-        self._drop(np.concatenate(parts))
+        shaped = np.concatenate(parts)
+        self._drop(shaped)
+        self._mark(shaped)
+        port.look(places=True)
         while waiting:
             part = waiting.pop(0)
+            self._mark(part)
+            if not np.isin(part, shaped).all():
+                port.look(places=True)
+                shaped = np.union1d(shaped, part)
             met = self._search(part, float(reach[part].max()))
             if not len(met):
                 done.append(part)
@@ -126,9 +133,7 @@ class Pairs(Pool):
     def _search(self, part: np.ndarray, reach: float) -> np.ndarray:
         """Candidates with a body of this part, behind those that are there; returns the numbers of other bodies among them."""
         port = self.port
-        self._mark(part)
         port.linked.fill(0)
-        port.look(places=True)
         owners = port.n_discs + port.n_many + port.n_balls - port.n_wide
         before = self.n
         if port.n_balls > port.n_wide:
@@ -270,11 +275,9 @@ def _near_discs(
         found = 0
         c, one = port.ball_x[j], port.ball_body[j]
         if write == 0 or pairs.start[j + 1] > pairs.start[j]:  # most have found nothing
-            home = cube(c, inverse)
-            for dx, dy, dz in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
-                there = home + ti.Vector([dx, dy, dz])
-                b = bucket(there, table)
-                for m in range(pairs.grid.start[b], pairs.grid.start[b + 1]):
+            for k in range(CUBES):
+                there, first, last = beside(pairs.grid, c, k, inverse, table)
+                for m in range(first, last):
                     i = pairs.grid.sorted[m]
                     x, half, flat = port.disc_x[i], port.disc_half[i], port.disc_radius[i]
                     radius = port.ball_radius[j][port.disc_sound[i]]

@@ -52,6 +52,7 @@ class Springs(Coupling):
         self.ends = Places("springs.ends", int(self.bounds[-1]), turning)
         who = np.concatenate([np.array(m, np.int32) for m in movers])
         runtime.put(self.ends.who, who)
+        self.ends.pushed[0] = 1
         place = {(id(s), i): int(b) + k for s, b, m in zip(self.surfaces, self.bounds, movers) for k, i in enumerate(m)}
         self.bonds = Bonds(springs, held, place, len(who))
 
@@ -65,7 +66,7 @@ class Springs(Coupling):
             if surface is None:
                 raise SceneError(f"springs: body '{name}' shows no surface that a spring could hold; give it motion = 'free'")
             self._of[number] = surface
-        movers, arm = groups[number].grip(span, np.asarray(point, float), spring.radius)
+        movers, arm = self._of[number].grip(span, np.asarray(point, float), spring.radius)
         return self._of[number], movers, arm
 
     def start(self) -> None:
@@ -99,10 +100,8 @@ class Springs(Coupling):
         return {"springs": self.safety * longest}
 
     def entries(self) -> Entries:
-        return Entries(internal={"springs": float(runtime.get(self.bonds.stored, self.bonds.n).sum()), "damped": self._damped()})
-
-    def _damped(self) -> float:
-        return float(runtime.get(self.bonds.taken, self.bonds.n).sum())
+        stored, taken = (float(runtime.get(f, self.bonds.n).sum()) for f in (self.bonds.stored, self.bonds.taken))
+        return Entries(internal={"elastic": stored, "damped": taken})
 
     def given(self) -> float:
         """What the springs hold at t = 0 [J]."""

@@ -1,0 +1,48 @@
+"""What a run will be and how it was solved, in lines of text."""
+
+from __future__ import annotations
+
+from ..scene import Scene, Study
+from ..scene.units import show
+from .plan import Plan
+from .progress import Progress, bytes_text, duration_text
+
+
+def tell_plan(scene: Scene, p: Plan, progress: Progress) -> None:
+    """The lines of `validate`."""
+    progress.say(f"{scene.title} ({scene.name}, {scene.quality}{parameters_text(scene)})")
+    for body in p.bodies:
+        mass = f"mass {body.mass:.6g} kg"
+        if body.analytic_mass:
+            mass += f" (analytic {body.analytic_mass:.6g} kg, {100 * (body.mass / body.analytic_mass - 1):+.1e} %)"
+        spacing = f"{show(body.spacing_min, 'm')}"
+        if body.spacing_max > 1.0001 * body.spacing_min:
+            spacing += f" to {show(body.spacing_max, 'm')}"
+        progress.say(
+            f"  {body.name}: {body.nodes} nodes, {body.stress_points} stress points, spacing {spacing}, "
+            f"thickness {show(body.thickness, 'm')}, {mass}"
+        )
+        if body.note:
+            progress.say(f"  {body.name}: {body.note}")
+    n = scene.numerics
+    progress.say(f"  {scene.formulations}, {n.precision}, duration {show(scene.duration, 's')}")
+    memory = f"{bytes_text(p.memory)} ({bytes_text(p.memory / max(p.nodes, 1))} per node)"
+    progress.say(
+        f"  estimated: dt {show(p.dt, 's')}, {p.steps} steps, memory {memory}, disk {bytes_text(p.disk)}, {duration_text(p.seconds)}"
+    )
+
+
+def parameters_text(scene: Scene | Study) -> str:
+    """', a = 8, formulation = galerkin'."""
+    return "".join(f", {k} = {v:g}" if isinstance(v, float) else f", {k} = {v}" for k, v in scene.parameters.items())
+
+
+def contact_text(contact: dict[str, float]) -> str:
+    """One line on how contact was solved and what it cost."""
+    text = (
+        f"contact: {contact['iterations_per_step']:.1f} iterations a step, {100 * contact['share']:.0f} % of the time; deepest "
+        f"penetration {show(contact['penetration'], 'm')}"
+    )
+    if contact["unsolved"]:
+        text += f"; {contact['unsolved']:.0f} of {contact['solves']:.0f} steps ended above the tolerance"
+    return text

@@ -1,0 +1,41 @@
+"""What users of other codes try is answered by what is not possible yet, or by where it stands."""
+
+from __future__ import annotations
+
+import pytest
+
+from taichi_sph import scene as vocabulary
+from taichi_sph.errors import SceneError
+from taichi_sph.scene import Scene, checked
+from taichi_sph.scene.missing import ELSEWHERE, NOT_YET
+
+from .examples import spoiled
+
+
+@pytest.mark.parametrize("table", [NOT_YET, ELSEWHERE])
+def test_no_key_of_the_tables_exists(table):
+    """A key that came to exist must leave the table, for its sentence would be false."""
+    for name, keys in table.items():
+        assert not set(keys) & set(getattr(vocabulary, name).model_fields), name
+        assert all(why and why[-1] != "." and "\n" not in why for why in keys.values())
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("shells.0.thicknesses", [1, 2], "shells[0].thicknesses: not possible yet: a shell has one thickness throughout"),
+        ("shells.0.friction", 0.3, "shells[0].friction: not possible yet: bodies slide on each other without friction"),
+        ("shells.0.restitution", 0.3, "shells[0].restitution is said of a pair of bodies: Meeting(between=(one, other), restitution=...)"),
+        ("shells.0.surface", {"kind": "stiffened_panel"}, "shells[0].surface.kind = 'stiffened_panel': not possible yet: three cells"),
+        ("forces.0.where", {"kind": "cylinder"}, "forces[0].where.kind = 'cylinder': not possible yet: regions are boxes, balls"),
+        ("temperature", 300, "temperature: not possible yet: temperature is not followed"),
+        ("boundary_conditions", [], "boundary_conditions are motions: PrescribedVelocity(where="),
+        ("numerics.dt", 1e-6, "numerics.dt follows from the spacing"),
+        ("numerics.contact", {"type": "penalty"}, "numerics.contact.type: not possible yet: there is one kind of contact"),
+        ("shells.0.thicknes", 1, "unknown key 'thicknes' in shells[0]; did you mean 'thickness'?"),
+    ],
+)  # fmt: skip
+def test_what_is_said(key, value, said):
+    with pytest.raises(SceneError) as error:
+        checked(Scene, lambda: Scene(**spoiled(key, value)))
+    assert said in str(error.value) and "\n" not in str(error.value)
