@@ -105,7 +105,8 @@ def _whose(scene: Scene, name: str, option: str) -> tuple[list[str], list[str]]:
 
 
 def check_quantities(scene: Scene) -> None:
-    """Refuses quantities that no measure gives, with a unit or options that it does not have, of a body that is not there or is not said."""
+    """Refuses quantities that no measure gives, with a unit or options that it does not have, of a body that is not there
+    or is not said."""
     for quantity in scene.quantities:
         function, unit = _accepted(quantity.name, quantity.options)
         for option in {"body", "fluid", "striker"} & set(inspect.signature(function).parameters):
