@@ -227,6 +227,11 @@ class ShellGroup(Rest):
         for body, sound in zip(self.shells, self.sound):
             if not (speeds[body.nodes.rows] <= sound).all():
                 i, moves = fastest(self.nodes.v, self.nodes.X, body.nodes.n, body.nodes.first)
+                if not np.isfinite(speeds[body.nodes.first + i]):
+                    raise RunStopped(
+                        f"shell '{body.name}': node {i} {moves} at t = {now.time:.6g} s, which is no number: a force, a place or a load became"
+                        " none there; look at the last frame before it (a shorter time step mends this only where speeds grew before)"
+                    )
                 raise RunStopped(
                     f"shell '{body.name}': node {i} {moves} at t = {now.time:.6g} s,"
                     f" beyond the sound speed {sound:.4g} m/s; the time step is likely too long or the load too"
