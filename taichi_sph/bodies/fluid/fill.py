@@ -98,7 +98,7 @@ def fill(fluid: Fluid, spacing: float, mesh: SurfaceMesh | None = None, thicknes
     if volume is None:
         volume = _measured(triangles, thickness, level, d)
     clear = CONTACT[fluid.contact]
-    wanted = max(volume - (clear - 0.5) * d * _area(triangles[triangles[:, :, 2].mean(axis=1) < level]), d**3)
+    wanted = max(volume - (clear - 0.5) * d * _area(triangles[triangles[:, :, 2].mean(axis=1) < level]), min(d, 1e50) ** 3)
     best = np.inf
     for pitch in PITCHES:
         there, cell = _lattice_in(triangles, d * pitch, low, high, level, thickness, clear)
