@@ -123,7 +123,7 @@ def _lattice_in(
     room = level - 0.5 * d - low[2] - margin  # between the lowest and the highest layer
     n[2] = int(np.round(room / d)) + 1
     if (n < 1).any() or room < -1e-6 * d:
-        return np.zeros((0, 3)), d**3
+        return np.zeros((0, 3)), min(d, 1e50) ** 3
     step = np.array([d, d, room / (n[2] - 1) if n[2] > 1 else d])
     first = np.append(0.5 * (low + high - (n - 1) * d)[:2], low[2] + margin)
     points = _lattice(first, step, n)
