@@ -10,7 +10,6 @@ from ...runtime import ti
 NARROWEST, WIDEST = 0.90, 1.03
 
 
-@ti.data_oriented
 class FluidParticles(Pool):
     """n particles, all of the same spacing D_0 and mass."""
 

@@ -26,7 +26,6 @@ from .selective import SelectiveShear, node_shears, shear_at, shear_dead, take_s
 from .stress import resultants
 
 
-@ti.data_oriented
 class Collocation(Pool):
     """The term. `force` overwrites nodes.force (and nodes.couple); `links` are touched by rupture."""
 
