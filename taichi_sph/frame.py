@@ -1,4 +1,4 @@
-"""A picture of the run at one instant, as plain NumPy arrays: what the solver hands to the output.
+"""What a run shows at one instant, as plain NumPy arrays: the world hands frames to the output.
 
 Nothing here knows Taichi, VTK or files.
 """
