@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time as clock
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from ..bodies import kinds as body_kinds
 from ..bodies.body import Now, common_schedule
 from ..couplings import kinds as coupling_kinds
 from ..frame import Frame
-from ..observers.leak import UNITS, LeakGauge
+from ..observers.leak import UNITS, gauges
 from ..pool import Pool, restore_all, state_of
 from ..scene import Scene
 from . import watchdog
@@ -57,7 +58,7 @@ class World:
             self.groups += kind.make(scene, self.groups)
         self.couplings = [made for kind in coupling_kinds() for made in kind.make(scene, self.groups)]
         self.every = common_schedule(self.groups)
-        self.leak = LeakGauge(self.shell, self._only("fluid")) if any(getattr(f.fill, "shell", None) for f in scene.fluids) else None
+        self.leaks = gauges(scene, self.groups)
         self._probed = [(p, group, group.probed(p.point, p.body)) for p in scene.output.probes for group in [self.group_of(p.body)]]
         for one in (*self.groups, *self.couplings):
             one.start()
@@ -126,6 +127,11 @@ class World:
         """The only fluid; None where there is none."""
         group = self._only("fluid")
         return None if group is None else group.body
+
+    @property
+    def leak(self) -> Any:
+        """The only gauge of leaks; None where there is none."""
+        return self.leaks[0] if len(self.leaks) == 1 else None
 
     @property
     def contact(self) -> Any:
@@ -256,10 +262,10 @@ class World:
     def tracks(self, look: bool = True) -> dict[str, dict[str, float]]:
         """By the name of its history: what is followed of each rigid body (bodies.rigid.group), and the leak (observers.leak), looked at
         now or as it was at the last look."""
-        if look and self.leak is not None:
-            self.leak.look(self.time)
-            self._only("fluid").outside = self.leak.outside
-        found = {} if self.leak is None else {"leak": self.leak.row}
+        if look:
+            for leak in self.leaks:
+                leak.look(self.time)
+        found = {leak.name: leak.row for leak in self.leaks}
         for group in self.groups:
             if hasattr(group, "tracks"):
                 found |= group.tracks(look)
@@ -267,7 +273,7 @@ class World:
 
     def track_units(self) -> dict[str, dict[str, str]]:
         """Units of the columns of each history in `tracks`."""
-        found = {} if self.leak is None else {"leak": UNITS}
+        found = {leak.name: UNITS for leak in self.leaks}
         for group in self.groups:
             if hasattr(group, "tracks"):
                 found |= dict.fromkeys(group.tracks(look=False), group.track_units)
@@ -279,14 +285,16 @@ class World:
 
     def frame(self) -> Frame:
         """All bodies now."""
-        return Frame(self.time, self.step, tuple(body for group in self.groups for body in group.frames()))
+        bodies = [body for group in self.groups for body in group.frames()]
+        shown = {leak.span.name: leak.shows() for leak in self.leaks}
+        bodies = [replace(body, point_data=body.point_data | shown.get(body.name, {})) for body in bodies]
+        return Frame(self.time, self.step, tuple(bodies))
 
     @property
     def pools(self) -> list[Pool]:
         """All that has fields or history."""
         parts = [*self.groups, *self.couplings, *([self.relaxation] if self.relaxation is not None else [])]
-        found = [self.clock, *(pool for part in parts for pool in part.pools())]
-        return found if self.leak is None else [*found, self.leak]
+        return [self.clock, *(pool for part in parts for pool in part.pools()), *self.leaks]
 
     # last parts of names in `state`: what may be no finite number, for it has not happened yet
     unset = frozenset({"rupture_time", "measured"})
@@ -298,5 +306,3 @@ class World:
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Continue exactly from `state()`; SceneError, and nothing is touched, where it does not fit."""
         restore_all(self.pools, state)
-        if self.leak is not None:
-            self._only("fluid").outside = self.leak.outside

@@ -77,7 +77,8 @@ class Rigid(Body):
         total, centre = np.zeros((3, 3)), self.centre
         for share, ball in zip(self.shares, self.pinballs):
             m, r = share * self.mass, np.array(ball.centre) - centre
-            total += m * ((0.4 * ball.radius**2 + r @ r) * np.eye(3) - np.outer(r, r))
+            with np.errstate(over="ignore", invalid="ignore"):  # of balls beyond all measure
+                total += m * ((0.4 * ball.radius**2 + r @ r) * np.eye(3) - np.outer(r, r))
         return total
 
     def check(self, scene: Any) -> None:
