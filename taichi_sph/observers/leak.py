@@ -153,12 +153,9 @@ class LeakGauge(Pool):
 
 def gauges(scene: Scene, groups: Sequence[Any]) -> list[LeakGauge]:
     """One for each fluid that fills a shell; where there are several their histories are called by the fluids."""
-    filled = [fluid for fluid in scene.fluids if getattr(fluid.fill, "shell", None) is not None]
+    filled = [(fluid, tank) for fluid in scene.fluids if (tank := getattr(fluid.fill, "shell", None)) is not None]
 
     def holds(name: str) -> Any:
         return next(group for group in groups if name in [body.name for body in group.bodies])
 
-    return [
-        LeakGauge("leak" if len(filled) == 1 else f"leak_{f.name}", holds(f.fill.shell), f.fill.shell, holds(f.name), f.name)
-        for f in filled
-    ]
+    return [LeakGauge("leak" if len(filled) == 1 else f"leak_{f.name}", holds(tank), tank, holds(f.name), f.name) for f, tank in filled]
