@@ -98,7 +98,7 @@ def fill(fluid: Fluid, spacing: float, mesh: SurfaceMesh | None = None, thicknes
     if volume is None:
         volume = _measured(triangles, thickness, level, d)
     clear = CONTACT[fluid.contact]
-    wanted = max(volume - (clear - 0.5) * d * _area(triangles[triangles[:, :, 2].mean(axis=1) < level]), d**3)
+    wanted = max(volume - (clear - 0.5) * d * _area(triangles[triangles[:, :, 2].mean(axis=1) < level]), min(d, 1e50) ** 3)
     best = np.inf
     for pitch in PITCHES:
         there, cell = _lattice_in(triangles, d * pitch, low, high, level, thickness, clear)
@@ -123,7 +123,7 @@ def _lattice_in(
     room = level - 0.5 * d - low[2] - margin  # between the lowest and the highest layer
     n[2] = int(np.round(room / d)) + 1
     if (n < 1).any() or room < -1e-6 * d:
-        return np.zeros((0, 3)), d**3
+        return np.zeros((0, 3)), min(d, 1e50) ** 3
     step = np.array([d, d, room / (n[2] - 1) if n[2] > 1 else d])
     first = np.append(0.5 * (low + high - (n - 1) * d)[:2], low[2] + margin)
     points = _lattice(first, step, n)
