@@ -204,7 +204,7 @@ class _Cut:
         """The cells outside; of a quadrangle that the rim crosses along its diagonal, the outer triangle."""
         there = self.cells >= 0
         side = np.where(there, np.sign(out[self.cells]), 0.0)
-        keep = ~(side < 0).any(axis=1) & (side > 0).any(axis=1)
+        keep = ~np.any(side < 0, axis=1) & np.any(side > 0, axis=1)
         cells = np.where(keep[:, None], self.cells, -2)
         for row in np.flatnonzero((side < 0).any(axis=1) & (side > 0).any(axis=1)):
             k = int(np.argmax(side[row] > 0))

@@ -1,10 +1,12 @@
-"""Which water has left a tank: seen at the samples of the histories, by the nearest node of the shell.
+"""Which particles of a fluid have left a tank. The gauge looks at the samples of the histories.
 
-A particle is outside once the nearest node of the tank has it on the side of its director, which points out of a closed shell,
-by more than half the thickness, and so has the nearest one of the tank as it was: neither a bulge of the wall nor a lip bent inwards
-deceives it. It then counts as escaped for good. The tank is the largest piece that live cells hold together: a
-plug that the striker pushes through the water tells nothing. Only particles that may have come to a wall since they were last
-looked at are asked again: far inside, nothing can have happened.
+The directors of a closed shell point outwards. A particle is outside when it passes two tests. It lies beyond the nearest node of the tank
+as it is now: on the side of the node's director, by more than half the thickness. And it lies beyond the nearest node of the tank as it
+was at t = 0, in the same sense. The first test alone would be deceived by a lip bent inwards, the second alone by a bulge of the wall.
+A particle that is outside once counts as escaped for good.
+
+The tank is the largest piece that live cells hold together: the plug that a striker pushes through the water is no wall. A look asks only
+those particles that may have come to a wall since they were last asked.
 """
 
 from __future__ import annotations

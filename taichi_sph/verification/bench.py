@@ -254,12 +254,14 @@ def measure_fluid(particles: int, arch: str, threads: int | None, precision: str
     x = d * (x + 0.5 + np.random.default_rng(0).uniform(-0.15, 0.15, x.shape))
     fluid = Fluid(name="water", fill=FluidBox(lo=(0, 0, 0), hi=(side * d,) * 3))
     b = FluidBody(fluid, x, d, 1000 * d**3)
+    b.start()
     n = b.p.n
     runtime.put(b.p.v, 30 * np.sin(40 * runtime.get(b.p.x, n)[:, [1, 2, 0]]))
     dt, before = 0.9 * b.stable_dt(), 0.0
 
     def step() -> None:
         nonlocal before
+        b.follow(before)
         b.rates(before, dt)
         b.kick_and_drift(before, dt)
         before = dt

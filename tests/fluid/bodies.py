@@ -22,7 +22,16 @@ def body(points, *, water=None, gravity=(0.0, 0.0, 0.0), walls=(), precision="f6
 
     runtime.start("cpu", precision, threads)
     fluid = Fluid(name="water", fill=FluidBox(lo=(0, 0, 0), hi=(1, 1, 1)), water=water or Water(tension=None), **settings)
-    return FluidBody(fluid, np.asarray(points, float), SPACING, 1000 * SPACING**3, gravity, walls, skin)
+    made = FluidBody(fluid, np.asarray(points, float), SPACING, 1000 * SPACING**3, gravity, walls, skin)
+    made.start()
+    return made
+
+
+def rates(b, before: float, dt: float) -> bool:
+    """Forces and density rates now; True when the particles were put in another order."""
+    worn = b.follow(before)
+    b.rates(before, dt)
+    return worn
 
 
 def box(x: float, y: float, z: float | None = None) -> list[Wall]:
@@ -35,7 +44,7 @@ def box(x: float, y: float, z: float | None = None) -> list[Wall]:
 def run(b, dt: float, steps: int, before: float = 0.0) -> None:
     """That many steps of dt; before: the step that led here."""
     for _ in range(steps):
-        b.rates(before, dt)
+        rates(b, before, dt)
         b.kick_and_drift(before, dt)
         before = dt
 

@@ -6,7 +6,7 @@ import pytest
 from taichi_sph.bodies.fluid.said import Hole, Wall, Water
 from taichi_sph.pool import restore_all, state_of
 
-from .bodies import SPACING, body, box, by_id, lattice, put, run, unbalanced
+from .bodies import SPACING, body, box, by_id, lattice, put, rates, run, unbalanced
 
 
 def test_water_at_rest_in_a_box():
@@ -32,7 +32,7 @@ def test_every_wall_within_reach_shows_its_images():
         x = lattice(counts)
         b = body(x, walls=walls, delta=0.0)
         put(b, "s", np.full(len(x), 1e-3))
-        b.rates(0.0, 1e-9)
+        rates(b, 0.0, 1e-9)
         inner = (x < 0.03 + 1e-9).all(axis=1)  # away from where the slice is open
         push = np.abs(by_id(b, "force"))[inner].max() / (b.water.stiffness * 1e-3 * SPACING**2)
         print(f"{counts}: {push:.1e} of p D^2")

@@ -10,7 +10,7 @@ from taichi_sph.bodies.fluid.said import Tait, Water
 from taichi_sph.numerics.kernel import w2_slope
 from taichi_sph.runtime import ti
 
-from .bodies import SPACING, body, by_id, lattice, put, run
+from .bodies import SPACING, body, by_id, lattice, put, rates, run
 
 
 def test_kernel():
@@ -38,7 +38,7 @@ def test_two_particles_by_hand():
     s = np.array([1e6, 3e6]) / b.water.stiffness
     put(b, "s", s)
     put(b, "v", np.array([[1.0, 0, 0], [-1.0, 0, 0]]))
-    b.rates(0.0, 1e-7)
+    rates(b, 0.0, 1e-7)
     D = SPACING * (1 + s) ** (-1 / 3)
     h = 1.165 * D.mean()
     r = 1.2 * SPACING
@@ -57,13 +57,13 @@ def test_diffusion_levels_density_and_leaves_the_hydrostatic_alone():
     g = np.array([0.0, 0.0, -9.81])
     b = body(lattice((6, 6, 6)), gravity=g, delta=0.1)
     before = by_id(b, "s")
-    b.rates(0.0, 1e-6)
-    b.rates(1e-6, 1e-6)  # nothing has moved: what changes s is diffusion
+    rates(b, 0.0, 1e-6)
+    rates(b, 1e-6, 1e-6)  # nothing has moved: what changes s is diffusion
     assert np.abs(by_id(b, "s") - before).max() < 1e-12 * before.max()
     s = np.where(np.arange(b.p.n) == 3 * 36 + 3 * 6 + 3, 1e-3, 0.0)
     put(b, "s", s)
-    b.rates(0.0, 1e-6)
-    b.rates(1e-6, 1e-6)
+    rates(b, 0.0, 1e-6)
+    rates(b, 1e-6, 1e-6)
     after = by_id(b, "s")
     assert after.max() < 1e-3 and (after > 2e-9).sum() > 50  # all that its support holds
     assert after.sum() - s.sum() == pytest.approx(0.0, abs=1e-3 * (s.max() - after.max()))  # of equal volumes: kept

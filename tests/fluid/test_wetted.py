@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from taichi_sph import runtime
-from taichi_sph.bodies.rigid.pool import surface
+from taichi_sph.bodies.rigid.surface import surface
 from taichi_sph.scene import (
     Box,
     Cylinder,
@@ -67,6 +67,26 @@ def start(scene):
     return World(scene, threads=1)
 
 
+def wetted(sim):
+    """The points that water presses on."""
+    return next(c.wetted for c in sim.couplings if hasattr(c, "wetted"))
+
+
+def look(sim, before: float = 0.0) -> bool:
+    """What the particles see now; True when they were put in another order."""
+    worn = sim.fluid.follow(before)
+    wetted(sim).see(worn)
+    return worn
+
+
+def rates(sim, before: float, dt: float) -> bool:
+    """Forces of the fluid and of its pressure on all else."""
+    worn = look(sim, before)
+    sim.fluid.rates(before, dt)
+    wetted(sim).bear()
+    return worn
+
+
 def integral(d: float, h: float) -> float:
     """W2 over a plane at the distance d [1/m]."""
     r = np.linspace(0, 2 * h, 20001)
@@ -80,15 +100,14 @@ def test_facets_of_a_plane_give_its_integral(above):
     d = 0.02
     sim = start(plane(0.5e-3 + (above - 0.5) * d))
     f = sim.fluid
-    f.pairs.pack(0.0)
-    side = runtime.get(f.wet.side, f.p.n)
+    look(sim)
+    side = runtime.get(f.surroundings.side, f.p.n)
     assert side[0, :3] == pytest.approx([0, 0, 1], abs=5e-3)
-    points = runtime.get(f.wet.record, f.wet.n)
     # stress 1 on every particle: what the nodes get is V w
-    runtime.put(f.wet.stress, np.ones(f.p.n))
+    runtime.put(f.surroundings.stress, np.ones(f.p.n))
     runtime.put(sim.shell.nodes.force, np.zeros((sim.shell.nodes.n, 3)))
-    f.wet.bear(0.5 / (f.water.support * d))
-    assert len(points) == sim.shell.nodes.n and f.p.n == 1
+    wetted(sim).bear()
+    assert wetted(sim).n == sim.shell.nodes.n and f.p.n == 1
     assert -runtime.get(sim.shell.nodes.force, sim.shell.nodes.n).sum(axis=0)[2] == pytest.approx(
         integral(above * d, f.water.support * d), rel=0.01
     )
@@ -98,8 +117,8 @@ def test_facets_of_a_plane_give_its_integral(above):
 def test_an_even_wall_is_covered_whole(above):
     d = 0.02
     sim = start(plane(0.5e-3 + (above - 0.5) * d))
-    sim.fluid.pairs.pack(0.0)
-    assert runtime.get(sim.fluid.wet.cover, 1)[0] == pytest.approx(1.0, abs=0.015)
+    look(sim)
+    assert runtime.get(sim.fluid.surroundings.cover, 1)[0] == pytest.approx(1.0, abs=0.015)
 
 
 def divided(low: float, high: float):
@@ -131,9 +150,8 @@ def divided(low: float, high: float):
     runtime.put(f.p.s, 1e-3 * (2 + noise[:, 3]))
     runtime.put(f.p.id, np.arange(len(points), dtype=np.int32))
     f.sort()
-    f.wet.relist()
-    f.pairs.mark()
-    f.rates(0.0, 1e-6)
+    wetted(sim).relist()
+    rates(sim, 0.0, 1e-6)
     back = np.argsort(runtime.get(f.p.id, f.p.n))
     return points, runtime.get(f.p.force, f.p.n)[back], runtime.get(f.p.rate, f.p.n)[back]
 
@@ -156,9 +174,8 @@ def test_past_the_rim_of_a_plate_one_pressure_pushes_nothing():
     runtime.put(f.p.x, points)
     runtime.put(f.p.s, np.full(f.p.n, 1e-3))
     f.sort()
-    f.wet.relist()
-    f.pairs.mark()
-    f.rates(0.0, 1e-9)
+    wetted(sim).relist()
+    rates(sim, 0.0, 1e-9)
     now, force = runtime.get(f.p.x, f.p.n), runtime.get(f.p.force, f.p.n)
     inner = (np.abs(now) < 0.05).all(axis=1)  # the piece of water ends at 0.1 m
     push = np.abs(force[inner]).max() / (f.water.stiffness * 1e-3 * d**2)
@@ -208,8 +225,7 @@ def test_a_plate_between_two_waters_swings_and_nothing_comes_through(thickness):
     start_z = x[np.argsort(runtime.get(f.p.id, f.p.n)), 2]
     runtime.put(f.p.s, np.random.default_rng(0).uniform(0, 1e-4, f.p.n))
     f.sort()
-    f.wet.relist()
-    f.pairs.mark()
+    wetted(sim).relist()
     f.injected = f.compressed = f.stored()
     sim.advance(1000)
     e = sim.energies()
@@ -243,7 +259,7 @@ def test_pressure_does_the_work_that_the_density_stores(rigids, walled):
         runtime.put(sim.rigids.L, 1e-5 * rng.normal(size=(1, 3)))
     f.sort()  # here, so that rates() leaves the order
     before, dt = runtime.get(p.s, p.n), 1e-5
-    assert not f.rates(dt, 1e-6)
+    assert not rates(sim, dt, 1e-6)
     # s grows by dt (rate of the fluid - (1 + s) 2 w.v)
     rate = runtime.get(p.rate, p.n)
     div = -(runtime.get(p.s, p.n) - before) / dt / (1 + before)
@@ -271,7 +287,7 @@ def test_even_water_under_pressure_stays_and_presses_on_its_can():
     f, p = sim.fluid, sim.fluid.p
     runtime.put(p.s, np.full(p.n, 1e-3))
     runtime.put(sim.shell.nodes.force, np.zeros((sim.shell.nodes.n, 3)))
-    f.rates(0.0, 1e-6)
+    rates(sim, 0.0, 1e-6)
     pressure = f.water.stiffness * 1e-3
     driven = np.linalg.norm(runtime.get(p.force, p.n), axis=1) / (pressure * p.spacing**2)
     x = runtime.get(p.x, p.n)

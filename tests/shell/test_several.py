@@ -207,7 +207,7 @@ def test_other_laws_make_another_group():
     parts = (one, two)
     pair = World(together(*parts))
     assert [[body.name for body in group.bodies] for group in pair.groups] == [["one"], ["two"]]
-    names = [f"{pool.name}.{field}" for pool in pair.pools for field in pool.entries]
+    names = [f"{pool.name}.{field}" for pool in pair.pools for field in pool.fields]
     assert len(names) == len(set(names)) and {"nodes.u", "nodes_2.u", "galerkin_2.rows.coef", "loads_2.force.total"} & set(names)
     run = runtime.current()
     assert set(names) <= set(run.fields) and sum(run.fields.values()) == run.bytes, "no field takes the place of another"

@@ -1,6 +1,8 @@
 """One fluid in the leap-frog of the shell (world/step.py): v at half steps, x and density at full ones.
 
-    rates()            pressure, force f_n, density rate at x_n; the lists first, where they are worn out
+    follow()           lists, where they are worn out; records of the particles at x_n
+    (wetting)          writes what the particles find beyond the fluid
+    rates()            pressure, force f_n, density rate at x_n
     (contact)          writes push_n
     kick_and_drift()   v_n+1/2 = v_n-1/2 + dt_n (f_n + push_n) / m, walls, x_n+1 = x_n + dt v_n+1/2
 
@@ -11,12 +13,12 @@ Energies belong to time n as in step.py; gravity's work is that of a potential, 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ... import runtime
-from ...couplings.wetted.wetted import Wettable, Wetted
 from ...numerics.neighbours import Neighbours
 from ...numerics.reduce import Reducer
 from ...pool import Pool
@@ -24,7 +26,8 @@ from .motion import drift, stored_energy
 from .packing import even_out
 from .pairs import FluidPairs
 from .pool import FluidParticles
-from .said import ShellFill
+from .said import Fluid, ShellFill, Wall
+from .surroundings import Surroundings
 from .walls import Walls
 
 LIMIT = 0.515  # h / c: the step that is stable with alpha up to 1.5 (docs/method.md)
@@ -55,26 +58,26 @@ class Constants:
 
 
 class FluidBody(Pool):
-    """A Fluid of the scene at work. `p` the pool (x, v, mass, force, push, id), `near` cells and lists."""
+    """A Fluid of the scene at work. `p` the pool (x, v, mass, force, push, id), `near` cells and lists, `surroundings` what it wets, None
+    where there is nothing."""
 
     kept = ("dt", "injected", "fallen_from", "compressed", "sorts")
 
     def __init__(
         self,
-        fluid,
+        fluid: Fluid,
         points: np.ndarray,
         spacing: float,
         mass: float,
-        gravity=(0.0, 0.0, 0.0),
-        walls=(),
+        gravity: Sequence[float] = (0.0, 0.0, 0.0),
+        walls: Sequence[Wall] = (),
         skin: float = 0.15,
-        wettable: Wettable | None = None,
+        name: str = "fluid",
     ):
-        """fluid: scene.Fluid; points (N, 3) [m], spacing D_0 [m] and mass [kg] of one particle: bodies.fluid.fill.Filling;
-        gravity [m/s2]; walls: scene.Wall; skin of the lists in spacings; wettable: the shell and the bodies that its
-        pressure acts on."""
+        """points (N, 3) [m], spacing D_0 [m] and mass [kg] of one particle: bodies.fluid.fill.Filling; gravity [m/s2]; skin of the lists
+        in spacings. `start` is to be called once what it wets is there."""
+        super().__init__(f"{name}.sums")
         water = fluid.water
-        super().__init__("fluid.sums")
         self.fluid = fluid
         self.water = Constants(
             water.density, water.sound, getattr(water.law, "gamma", 0.0), -1e301 if water.tension is None else -water.tension,
@@ -82,38 +85,51 @@ class FluidBody(Pool):
         )  # fmt: skip
         self.gravity = np.asarray(gravity, float)
         self.sorts = 0
-        self.p = p = FluidParticles("fluid", points, mass, spacing)
+        self.p = p = FluidParticles(name, points, mass, spacing)
         self.skin = skin * spacing
         # 1e-3: supports grow by that at s = -0.3 %; of water torn further apart the lists may miss pairs at the very rim,
         # where W' is below 3e-5 of its largest value, on both sides alike
         reach = 2.0 * fluid.support * spacing * (1.0 + 1e-3) + self.skin
-        self.near = Neighbours("fluid.lists", p.x, p.n, reach, spacing, np.array([points.min(axis=0), points.max(axis=0)]))
-        self.walls = Walls("fluid.walls", walls)
-        origin = points.mean(axis=0)
-        self.wet = None
-        if wettable is not None:
-            self.wet = Wetted(wettable, p, fluid.support, origin, self.walls)
-        self.pairs = FluidPairs(p, self.near, self.water, self.walls, self.gravity, origin, self.wet)
-        if self.wet is not None and isinstance(fluid.fill, ShellFill):
-            self.sort()
-            points = even_out(self, fluid.fill.axis, fluid.fill.level)
-            runtime.put(p.x, points)
-            runtime.put(p.id, np.arange(p.n, dtype=np.int32))
-        self.start = points  # (N, 3) m
+        self.near = Neighbours(f"{name}.lists", p.x, p.n, reach, spacing, np.array([points.min(axis=0), points.max(axis=0)]))
+        self.walls = Walls(f"{name}.walls", walls)
+        self.origin = points.mean(axis=0)
+        self.points = points  # (N, 3) m, at t = 0
+        self.surroundings: Surroundings | None = None
+        self.pairs = FluidPairs(p, self.near, self.water, self.walls, self.gravity, self.origin)
         self.reducer = Reducer(p.n)
+        self.compressed = self.injected = self.fallen_from = self.dt = 0.0
+
+    def surround(self, surroundings: Surroundings) -> None:
+        """What the particles find beyond the fluid, given before the first step."""
+        self.surroundings = self.pairs.wet = surroundings
+        self.pairs.wets = True
+
+    def start(self) -> None:
+        """The particles as they are at t = 0: even, moving as the scene says, under the pressure of what stands above them."""
+        fluid, water, p = self.fluid, self.water, self.p
+        if self.surroundings is not None and isinstance(fluid.fill, ShellFill):
+            self.sort()
+            self.points = even_out(self, fluid.fill.axis, fluid.fill.level)
+            runtime.put(p.x, self.points)
+            runtime.put(p.id, np.arange(p.n, dtype=np.int32))
         v = np.tile(np.asarray(fluid.velocity, float), (p.n, 1))
         runtime.put(p.v, v)
         if fluid.hydrostatic and self.gravity.any():
-            depth = points @ (self.gravity / np.linalg.norm(self.gravity))
-            pressure = water.density * np.linalg.norm(self.gravity) * (depth - depth.min() + 0.5 * spacing)
+            depth = self.points @ (self.gravity / np.linalg.norm(self.gravity))
+            pressure = water.density * np.linalg.norm(self.gravity) * (depth - depth.min() + 0.5 * p.spacing)
             runtime.put(p.s, self.compression(pressure))
         self.compressed = self.stored()  # J, at t = 0
-        self.injected = 0.5 * mass * float((v**2).sum()) + self.compressed  # J
-        self.fallen_from, self.dt = self._potential(0.0), 0.0
+        self.injected = 0.5 * p.one * float((v**2).sum()) + self.compressed  # J
+        self.fallen_from = self._potential(0.0)
         self.sort()
-        if self.wet is not None:
-            self.wet.relist()
-            self.pairs.mark()
+        if self.surroundings is not None:
+            self.pairs.pack(0.0)
+            self.surroundings.see(True, 0.0)
+
+    @property
+    def inverse(self) -> float:
+        """1 / 2h at rest [1/m]."""
+        return 0.5 / (self.water.support * self.p.spacing)
 
     def compression(self, pressure: np.ndarray) -> np.ndarray:
         """s of a pressure [Pa] (NumPy; the law itself is in laws/)."""
@@ -135,20 +151,19 @@ class FluidBody(Pool):
         self.near.list()
         self.sorts += 1
 
-    def rates(self, dt_before: float, dt: float, times: int = 1) -> bool:
-        """Forces and density rates at the positions now; True when the particles were put in another order.
-
-        dt_before led here (0 at the start), dt will lead on, in `times` steps of the shell.
-        """
+    def follow(self, dt_before: float) -> bool:
+        """Lists that still hold, and records of the particles where they are now; True when they were put in another order. dt_before led
+        here [s], 0 at the start."""
         moved, _ = self.near.moved()
         worn = moved >= self.skin
         if worn:
             self.sort()
-        if self.wet is not None and self.wet.follow(worn, dt_before if times > 1 else 0.0):
-            self.pairs.mark()
         self.pairs.pack(dt_before)
-        self.pairs.act(dt_before, dt, times)
         return worn
+
+    def rates(self, dt_before: float, dt: float) -> None:
+        """Forces and density rates at the positions now, once all around are known; dt [s] will lead on."""
+        self.pairs.act(dt_before, dt)
 
     def kick_and_drift(self, dt_before: float, dt: float, pushed: bool = False) -> None:
         """v to the next half step, x to the next full one. pushed: contact has written p.push."""
@@ -162,10 +177,9 @@ class FluidBody(Pool):
         fluid_pairs is stable up to omega dt = 0.70 (docs/method.md, 11)."""
         pace = self.p.spacing / (self.water.sound + self.fastest())
         longest = LIMIT * self.water.support * pace
-        if self.wet is not None:
-            longest = min(
-                longest / ALONG, SWING * pace / math.sqrt(STIFF * (1.0 + 2.0 * self.water.density * self.p.spacing / self.wet.lightest))
-            )
+        if self.surroundings is not None:
+            swings = STIFF * (1.0 + 2.0 * self.water.density * self.p.spacing / self.surroundings.lightest)
+            longest = min(longest / ALONG, SWING * pace / math.sqrt(swings))
         return longest
 
     def fastest(self) -> float:
@@ -200,13 +214,8 @@ class FluidBody(Pool):
         return float(p.one * (x @ self.gravity).sum())
 
     def pools(self) -> list[Pool]:
-        """All that is kept, in the order in which a restart renews it: the lists of particles before those of what they wet."""
-        return [self.p, self.near, self.walls, *([] if self.wet is None else [self.wet]), self]
-
-    def renew(self) -> None:
-        """Who is near a surface, once all lists are there."""
-        if self.wet is not None:
-            self.pairs.mark()
+        """All that is kept, in the order in which a restart renews it."""
+        return [self.p, self.near, self.walls, self]
 
     def frame(self) -> dict[str, np.ndarray]:
         """points (N, 3) [m], velocity [m/s], pressure [Pa], density [kg/m3], in the order of the start."""

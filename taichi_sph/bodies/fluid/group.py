@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ... import runtime
-from ...couplings.wetted.wetted import Wettable
 from ...errors import RunStopped
 from ...frame import NO_CELLS, BodyFrame
 from ...numerics.reduce import fastest
-from ...pool import Pool, restore_all, state_of
+from ...pool import Pool
 from ...scene.schema import Scene
 from ..body import Entries, Now, Rest, Span
 from .body import FluidBody
@@ -29,36 +28,37 @@ class FluidGroup(Rest):
     """body: the fluid; renumbered: whether its particles stand in another order than at the step before."""
 
     kind = "fluid"
+    name = "fluid"  # of its pools
 
     def __init__(self, scene: Scene, others):
         self.scene, fluid = scene, scene.fluids[0]
         shell = next((g for g in others if g.kind == "shell"), None)
-        self.rigid = next((g for g in others if g.kind == "rigid"), None)
         filling = fill_fluid(fluid, scene, shell.mesh if shell is not None else None)
-        wettable = None
-        if fluid.contact is None and others:
-            of_shell = (shell.mesh, shell.nodes, shell.cells, shell.shell.thickness) if shell is not None else (None, None, None, 0.0)
-            held = shell.held() if shell is not None else np.zeros(0, bool)
-            wettable = Wettable(*of_shell, self.rigid.rigids if self.rigid is not None else None, scene.rigids, held)
         gravity = scene.gravity or (0.0, 0.0, 0.0)
-        self.body = FluidBody(fluid, filling.points, filling.spacing, filling.mass, gravity, scene.walls, wettable=wettable)
+        self.body = FluidBody(fluid, filling.points, filling.spacing, filling.mass, gravity, scene.walls)
         self.bodies = (Span(fluid.name, 0, self.body.p.n),)
         self.every = fluid.every or 1 if scene.shells else 1
         self.renumbered = False
         self.pushed = False  # contact may push the particles
         self.outside = np.zeros(self.body.p.n, bool)  # of its tank, by number at the start: a gauge writes it
 
+    @property
+    def presses(self) -> bool:
+        """Whether the fluid acts on other bodies by its pressure."""
+        return self.body.fluid.contact is None
+
     def start(self) -> None:
-        """All is there."""
+        self.body.start()
 
     def _steps(self, now: Now) -> tuple[float, float]:
         """The fluid's own steps, before and to come [s]."""
         return self.body.dt, self.every * now.dt
 
+    def events(self, now: Now) -> None:
+        self.renumbered = self.body.follow(self.body.dt)
+
     def force(self, now: Now) -> None:
-        self.renumbered = self.body.rates(*self._steps(now), self.every)
-        if self.rigid is not None:
-            self.rigid.times = self.every
+        self.body.rates(*self._steps(now))
 
     def move(self, now: Now) -> None:
         if not now.due(self):
@@ -99,7 +99,7 @@ class FluidGroup(Rest):
         data = self.body.frame()
         points = data.pop("points")
         n = len(points)
-        data |= {"reference": self.body.start, "diameter": np.full(n, self.body.p.spacing), "outside": self.outside.astype(np.uint8)}
+        data |= {"reference": self.body.points, "diameter": np.full(n, self.body.p.spacing), "outside": self.outside.astype(np.uint8)}
         return [BodyFrame(self.bodies[0].name, points, NO_CELLS, data, {}, kind="fluid")]
 
     def pools(self) -> list[Pool]:
@@ -107,12 +107,3 @@ class FluidGroup(Rest):
 
     def surface(self) -> FluidSurface:
         return FluidSurface(self)
-
-    def state(self) -> dict[str, np.ndarray]:
-        return state_of(self.pools())
-
-    def restore(self, state: dict[str, np.ndarray]) -> None:
-        restore_all(self.pools(), state)
-
-    def shapes(self) -> dict[str, tuple[int, ...]]:
-        return {name: value.shape for name, value in self.state().items()}

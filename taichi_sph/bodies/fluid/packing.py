@@ -30,8 +30,8 @@ def even_out(body, axis: str, level: float | None) -> np.ndarray:
     for _ in range(MOST):
         if near.moved()[0] >= body.skin:
             body.sort()
-        body.wet.follow(True)
         pairs.pack(0.0)
+        body.surroundings.see(True, 0.0)
         farthest = _move(pairs, near.near, p.n, near.width, 0.5 / h, ti.Vector([*up], ti.f64), top)
         if farthest < ENOUGH * p.spacing:
             break

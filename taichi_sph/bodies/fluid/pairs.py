@@ -33,12 +33,12 @@ VECTOR = ti.types.vector(3, ti.f64)
 class FluidPairs:
     """The pass over a pool `p` (FluidParticles) with lists `near` (Neighbours) of a `water` (constants)."""
 
-    def __init__(self, p, near, water, walls, gravity, origin, wet=None):
+    def __init__(self, p, near, water, walls, gravity, origin):
         """water: density rho_0, sound c, tait gamma (0: acoustic), least pressure p_min, support phi = h / D, alpha, beta,
-        delta. origin [m]: pair records are relative to it, which single precision needs. wet: Wetted, or None where there is
-        nothing to wet."""
-        self.p, self.near, self.water, self.walls, self.wet = p, near, water, walls, wet
-        self.wets = wet is not None
+        delta. origin [m]: pair records are relative to it, which single precision needs. `wet`: Surroundings, where there is something
+        to wet."""
+        self.p, self.near, self.water, self.walls, self.wet = p, near, water, walls, None
+        self.wets = False
         self.tait = water.gamma > 0
         self.cut = water.least > -1e300
         self.gravity, self.origin = ti.Vector([*gravity], ti.f64), ti.Vector([*origin], ti.f64)
@@ -47,23 +47,20 @@ class FluidPairs:
         """Records of the particles at the positions now, dt after the last pass; with the pressure that will act."""
         w = self.water
         _pack(self, self.p.n, self.origin, dt, w.stiffness, w.gamma, w.least)
-        if self.wets:
-            self.wet.face(0.5 / (w.support * self.p.spacing))
-            _meet(self, self.p.n, dt, w.stiffness, w.gamma, w.least)
 
     def mark(self) -> None:
         """Who may have a neighbour with a side: after every new list, of particles or of what they wet."""
         _mark(self, self.near.near, self.p.n, self.near.width)
 
-    def act(self, dt_before: float, dt: float, times: int = 1) -> None:
-        """force, rate, s; books what viscosity, diffusion and lag take. times: steps of the shell in dt."""
+    def act(self, dt_before: float, dt: float) -> None:
+        """force, rate, s; books what viscosity, diffusion and lag take."""
         w, d = self.water, self.p.spacing
         h = w.support * d
+        if self.wets:
+            _meet(self, self.p.n, dt_before, w.stiffness, w.gamma, w.least)
         diffusion = 2.0 * w.delta * h / (w.density * w.sound)
         _act(self, self.near.near, self.p.n, self.near.width, self.gravity, self.origin, dt_before, dt, w.stiffness, w.gamma, w.least,
              w.density, d, 0.5 / h, w.alpha * w.density * w.sound * h, w.beta * w.density * h * h, 0.01 * h * h, diffusion)  # fmt: skip
-        if self.wets:
-            self.wet.bear(0.5 / h, times)
 
     @ti.func
     def pressure(self, stiffness, gamma, least, s):

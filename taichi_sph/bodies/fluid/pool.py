@@ -45,12 +45,11 @@ class FluidParticles(Pool):
 
     def reorder(self, source) -> None:
         """Move the particles: the one at place k comes from source[k]."""
-        _take(self, source, self.n)
-        _lay(self, self.n)
+        _reorder(self, source, self.n)
 
 
 @ti.kernel
-def _take(f: ti.template(), source: ti.template(), n: ti.i32):
+def _reorder(f: ti.template(), source: ti.template(), n: ti.i32):
     for k in range(n):
         i = source[k]
         for c in ti.static(range(3)):
@@ -63,10 +62,6 @@ def _take(f: ti.template(), source: ti.template(), n: ti.i32):
         f.scratch[k][10] = f.id[i]
         f.scratch[k][11] = f.mass[i]
         f.scratch[k][12] = f.kinetic[i]
-
-
-@ti.kernel
-def _lay(f: ti.template(), n: ti.i32):
     for k in range(n):
         for c in ti.static(range(3)):
             f.x[k][c] = f.scratch[k][c]

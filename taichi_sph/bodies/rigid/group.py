@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from ...scene.schema import Scene
 from ..body import Entries, Group, Now, Rest, Span
 from .pool import RigidBodies, move, rest, spins
 from .port import RigidSurface
+from .surface import RigidPoints
 
 
 def groups(scene: Scene, others: Sequence[Group] = ()) -> list[RigidGroup]:
@@ -22,8 +23,7 @@ def groups(scene: Scene, others: Sequence[Group] = ()) -> list[RigidGroup]:
 
 
 class RigidGroup(Rest):
-    """rigids: the pool. `times`: how many steps of the clock the blow of the water stands for that has come in this step, 0 where none
-    has come."""
+    """rigids: the pool."""
 
     kind = "rigid"
 
@@ -31,7 +31,6 @@ class RigidGroup(Rest):
         self.scene = scene
         self.rigids = RigidBodies(scene.rigids)
         self.bodies = tuple(Span(name, r, 1) for r, name in enumerate(self.rigids.names))
-        self.times = 0
         if scene.gravity is not None:
             mass = np.array([body.mass for body in scene.rigids])
             runtime.put(self.rigids.weight, mass[:, None] * np.asarray(scene.gravity))
@@ -41,10 +40,9 @@ class RigidGroup(Rest):
 
     def force(self, now: Now) -> None:
         rest(self.rigids, self.rigids.n)
-        self.times = 0
 
     def move(self, now: Now) -> None:
-        move(self.rigids, self.rigids.n, now.dt_before, now.dt, self.times)
+        move(self.rigids, self.rigids.n, now.dt_before, now.dt)
 
     def alone(self) -> float:
         """The step [s] of rigid bodies that nothing else rules: no point moves by more than a twentieth of the smallest pinball."""
@@ -96,6 +94,11 @@ class RigidGroup(Rest):
             row = {f"{k}{axis}": float(values[k][r][c]) for k in fields for c, axis in enumerate("xyz")}
             found[f"rigid_{name}"] = row | {"f_max": float(hardest[r])}
         return found
+
+    def wettable(self, name: str, spacing: float, meets: Callable[[str], bool]) -> RigidPoints | None:
+        """The points that water presses on."""
+        points = RigidPoints(name, self, self.scene.rigids, spacing, meets)
+        return points if points.n else None
 
     def surface(self) -> RigidSurface:
         return RigidSurface(self)

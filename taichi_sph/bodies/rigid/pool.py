@@ -36,8 +36,8 @@ class RigidBodies(Pool):
         self.q = field("q", 4, "", "quaternion (w, x, y, z) of the turn from t = 0 to now", True)
         self.L = field("L", 3, "kg m2/s", "angular momentum about the centre of mass, at the half step before", True)
         self.force = field("force", 3, "N", "of water and contact", True)
-        self.water = field("water", 3, "N", "of the water, since its last step", True)
-        self.felt = field("felt", 3, "N", "of water and contact, spread over the steps that the water's blow stands for", True)
+        self.spread = field("spread", 3, "N", "what `felt` has beside `force`: a blow in `force` stands for several steps")
+        self.felt = field("felt", 3, "N", "of water and contact, each blow spread over the steps that it stands for", True)
         self.f_max = field("f_max", 0, "N", "largest |felt| of the steps since it was last taken", True)
         self.torque = field("torque", 3, "N m", "about the centre of mass", True)
         self.weight = field("weight", 3, "N", "gravity")
@@ -119,12 +119,12 @@ def rest(rigids: ti.template(), n: ti.i32):
     for r in range(n):
         rigids.force[r] *= 0.0
         rigids.torque[r] *= 0.0
+        rigids.spread[r] *= 0.0
 
 
 @ti.kernel
-def move(rigids: ti.template(), n: ti.i32, dt_before: ti.f64, dt: ti.f64, times: ti.i32):
-    """Kick by water, contact and gravity, then drift; energies as in world.step. times: how many steps the water's blow in `force`
-    stands for, 0 where it is not in it."""
+def move(rigids: ti.template(), n: ti.i32, dt_before: ti.f64, dt: ti.f64):
+    """Kick by water, contact and gravity, then drift; energies as in world.step."""
     kick = 0.5 * (dt_before + dt)
     for r in range(n):
         before, L_before = rigids.v[r], rigids.L[r]
@@ -137,29 +137,9 @@ def move(rigids: ti.template(), n: ti.i32, dt_before: ti.f64, dt: ti.f64, times:
             before, L_before = 2.0 * before - v, 2.0 * L_before - L
         q = rigids.q[r]
         rigids.kinetic[r] = 0.5 * rigids.mass[r] * before.dot(v) + 0.5 * L_before.dot(spun(rigids, r, q, L))
-        rigids.felt[r] = rigids.force[r] + (1 - times) * rigids.water[r]
+        rigids.felt[r] = rigids.force[r] + rigids.spread[r]
         rigids.f_max[r] = ti.max(rigids.f_max[r], rigids.felt[r].norm())
         rigids.v[r], rigids.L[r] = v, L
         rigids.x[r] += dt * v
         half_way = rolled(q, 0.5 * dt * spun(rigids, r, q, L))
         rigids.q[r] = rolled(q, dt * spun(rigids, r, half_way, L))
-
-
-def surface(body: Rigid, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """(K, 3) points on the outside of a body's pinballs, from its centre of mass [m], and (K, 3) vector areas outward
-    [m2], at t = 0: even points on each sphere, about `spacing` [m] apart, those inside another pinball left out."""
-    points, areas = [], []
-    for one in body.pinballs:
-        n = max(24, int(np.ceil(4 * np.pi * one.radius**2 / spacing**2)))
-        z = 1 - (2 * np.arange(n) + 1) / n
-        turn = np.pi * (1 + 5**0.5) * np.arange(n)  # the golden angle: Fibonacci's sphere
-        across = np.sqrt(1 - z * z)
-        normal = np.column_stack([across * np.cos(turn), across * np.sin(turn), z])
-        x = np.array(one.centre) + one.radius * normal
-        outside = np.ones(n, bool)
-        for other in body.pinballs:
-            if other is not one:
-                outside &= np.linalg.norm(x - np.array(other.centre), axis=1) >= other.radius * (1 - 1e-9)
-        points.append(x[outside] - body.centre)
-        areas.append(4 * np.pi * one.radius**2 / n * normal[outside])
-    return np.concatenate(points), np.concatenate(areas)

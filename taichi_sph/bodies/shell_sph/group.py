@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -44,6 +44,7 @@ from .said import Shell
 from .spin_filter import SpinFilter
 from .stable_dt import StableStep
 from .stress import stored_energy
+from .surface import ShellPoints
 from .viscosity import PairViscosity
 
 
@@ -184,6 +185,10 @@ class ShellGroup(Rest):
         group = runtime.get(self.nodes.fixed, self.nodes.n)
         whole = np.all(runtime.get(self.loads.mask, int(group.max())), axis=1)
         return (group > 0) & whole[np.maximum(group, 1) - 1]
+
+    def wettable(self, name: str, spacing: float, meets: Callable[[str], bool]) -> ShellPoints | None:
+        """The points that water presses on: the nodes, wherever they are."""
+        return ShellPoints(name, self, meets) if self.nodes.bends else None
 
     def stored(self) -> float:
         """Elastic energy [J]: live cells and residuals."""

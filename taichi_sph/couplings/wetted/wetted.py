@@ -40,18 +40,22 @@ Rigid planes show a particle images of the surfaces as well as of its neighbours
 The pinballs remain behind this, at PINBALL D: they stop what no pressure stops, and keep a sound wall tight.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ... import runtime
+from ...bodies.fluid.surroundings import Surroundings
 from ...bodies.fluid.walls import MOST, NONE, RIM
-from ...bodies.rigid.pool import spin_of, surface
+from ...bodies.wettable import SurfacePoints, Wettable
 from ...numerics.cells import CellGrid, bucket, cube, running
 from ...numerics.kernel import w2
-from ...numerics.turns import turned
 from ...pool import Pool
 from ...runtime import ti
+
+if TYPE_CHECKING:
+    from ...bodies.fluid.body import FluidBody
 
 FINE = 0.45  # D between the points of a rigid body's surface
 FADE = 0.1  # of D
@@ -59,99 +63,59 @@ SKIN = 0.25  # of D, of the lists
 FULL = 1.5  # |w| on a plane through the particle, over 1 / 2h: the integral of W over it
 
 
-@dataclass(frozen=True)
-class Wettable:
-    """What a fluid can wet. mesh, nodes, cells, thickness [m] of the shell, or None; rigids: RigidBodies or None, and their
-    scene.Rigid; held (N,) bool: nodes that nothing moves."""
-
-    mesh: object = None
-    nodes: object = None
-    cells: object = None
-    thickness: float = 0.0
-    rigids: object = None
-    bodies: tuple = ()
-    held: np.ndarray | None = None
-
-
 @ti.data_oriented
 class Wetted(Pool):
-    """Surface points: first the shell's nodes, then those of the rigid bodies; lists both ways; forces on the points."""
+    """The points of all surfaces that one group of fluids can press on; lists of who is near whom, both ways.
 
-    def __init__(self, what: Wettable, particles, support: float, origin, walls):
-        """particles: FluidParticles; support h / D; origin [m]: records are relative to it; walls: Walls, whose images of the surfaces
-        press as well."""
-        super().__init__("wet")
-        self.walls = walls
-        self.nodes, self.cells, self.rigids, self.p = what.nodes, what.cells, what.rigids, particles
-        self.has_shell, self.has_rigids = what.nodes is not None, what.rigids is not None
-        self.ns = what.nodes.n if self.has_shell else 0
-        self.half = 0.5 * what.thickness
-        self.origin = ti.Vector([*origin], ti.f64)
-        self.spacing = particles.spacing
-        arms, facing, owner = [np.zeros((0, 3))], [np.zeros((0, 3))], [np.zeros(0, np.int32)]
-        for r, body in enumerate(what.bodies):
-            points, areas = surface(body, FINE * self.spacing)
-            arms, facing, owner = [*arms, points], [*facing, areas], [*owner, np.full(len(points), r, np.int32)]
-        arms, facing, owner = np.concatenate(arms), np.concatenate(facing), np.concatenate(owner)
-        self.nb = len(arms)
-        self.n = n = self.ns + self.nb
-        new = self.field
-        self.record = new("record", n, 12, doc="place from the origin, vector area, velocity: what a particle needs of a point")
-        self.x = new("x", n, 3, "f64", unit="m", doc="where the point is now")
-        self.push = new("push", n, 3, unit="N", doc="of the water on the point")
-        self.stress = new("stress", particles.n, unit="N m", doc="V (2 p + Pi) of each particle")
-        self.side = new("side", particles.n, 4, doc="n, and 1 / gamma - 1")
-        self.cover = new("cover", particles.n, doc="c, of those with a side")
-        self.amid = new("amid", particles.n, dtype="i32", doc="1: the particle or a neighbour of it has points within reach")
-        self.share = new("share", particles.n, doc="part of the rigid points' w that the shell does not cover")
-        self.met = new("met", particles.n, 4, doc="w [1/m], and sum of w_k . (v - v_k) [1/s], of this step")
-        self.was = new("was", n, 3, "f64", unit="m", keeps=True, doc="x at the fluid's step before")
-        self.built = new("built", n, 3, "f64", unit="m", keeps=True, doc="x when the lists were made")
-        self.built_particles = new("built_particles", particles.n, 3, "f64", unit="m", keeps=True, doc="places of the particles then")
-        self.start = new("start", particles.n + 1, dtype="i32", doc="the points of particle i are point[start[i]] on")
+    s: what the particles read of it (Surroundings), which belongs to the fluid.
+    """
+
+    def __init__(self, name: str, surfaces: Sequence[Wettable], fluid: "FluidBody"):
+        super().__init__(name)
+        self.surfaces, self.fluid, self.p, self.walls = surfaces, fluid, fluid.p, fluid.walls
+        self.first = [0, *np.cumsum([surface.n for surface in surfaces]).tolist()]
+        self.n = n = self.first[-1]
+        self.thin = any(surface.thin for surface in surfaces)  # some points have water on both sides
+        halves = sorted({half for surface in surfaces for half in surface.halves})
+        self.even, self.one_half = len(halves) == 1, halves[0] if halves else 0.0  # one thickness of all is a constant of the kernels
+        self.points = SurfacePoints(f"{name}.points", n, fluid.origin)
+        particles, new = self.p.n, self.field
+        self.s = Surroundings(f"{name}.surroundings", particles, self.see, min(surface.lightest for surface in surfaces))
+        self.share = new("share", particles, doc="part of the w of solid surfaces that thin ones do not cover")
+        self.built = new("built", n, 3, "f64", unit="m", keeps=True, doc="places of the points when the lists were made")
+        self.built_particles = new("built_particles", particles, 3, "f64", unit="m", keeps=True, doc="places of the particles then")
         self.start_back = new("start_back", n + 1, dtype="i32", doc="the particles of point k are particle[start_back[k]] on")
-        if self.has_shell:
-            self.turn = new("turn", what.cells.n, dtype="f64", doc="1: corners are numbered round the director, -1: against it")
-            runtime.put(self.turn, _turns(what.mesh))
-        if self.nb:
-            self.arm = new("arm", self.nb, 3, "f64", unit="m", doc="from the centre of mass, at t = 0")
-            self.facing = new("facing", self.nb, 3, "f64", unit="m2", doc="vector area, outward, at t = 0")
-            self.owner = new("owner", self.nb, dtype="i32", doc="rigid body of the point")
-            self.first = new("first", len(what.bodies) + 1, dtype="i32", doc="first point of each rigid body")
-            runtime.put(self.arm, arms)
-            runtime.put(self.facing, facing)
-            runtime.put(self.owner, owner)
-            runtime.put(self.first, np.searchsorted(owner, np.arange(len(what.bodies) + 1)).astype(np.int32))
-        # kg/m2 of the lightest wet body that is free to move, a rigid one wet on a third of its surface: the projection of a ball on a
-        # plane
-        weights = [np.inf]
-        if self.has_shell:
-            free = ~what.held
-            weights += list(runtime.get(what.nodes.mass, self.ns)[free] / what.mesh.node_areas[free])
-        for r, body in enumerate(what.bodies):
-            if not body.held:
-                weights.append(3.0 * body.mass / np.linalg.norm(facing[owner == r], axis=1).sum())
-        self.lightest = float(np.min(weights))
-        self.skin = SKIN * self.spacing
+        self.skin = SKIN * self.p.spacing
         # 1.03: a particle's own support grows with its D (bodies.fluid.pool.WIDEST)
-        self.reach = 1.03 * 2.0 * support * self.spacing + self.half + self.skin
-        _lay(self, self.ns, self.nb, 0.0)
-        self.grid = CellGrid("wet.grid", self.built, n, self.reach)
+        self.reach = 1.03 * 2.0 * fluid.water.support * self.p.spacing + max(halves, default=0.0) + self.skin
+        self._lay(0.0)
+        self.grid = CellGrid(f"{name}.grid", self.built, n, self.reach)
         self.room = 0
+        fluid.surround(self.s)
         self.relist()
 
-    def face(self, inverse: float) -> None:
-        """`met`, `side` and `share` of the particles whose records are new; those with a side get a negative D. inverse: 1 / 2h_0."""
-        _face(self, self.point, self.p.n, inverse)
+    def pools(self) -> list[Pool]:
+        """All that is kept; lists come last."""
+        return [self.points, self.s, *(pool for surface in self.surfaces for pool in surface.pools()), self]
 
-    def follow(self, renumbered: bool, since: float = 0.0) -> bool:
-        """Points where their bodies are now, and lists that still hold; True when they are new. renumbered: the particles stand in
-        another order; since [s]: the points' velocities are the means over that time, 0 for those of their bodies now."""
-        _lay(self, self.ns, self.nb, since)
-        worn = renumbered or _travelled(self, self.p.n, self.n) > self.skin
-        if worn:
+    def see(self, renumbered: bool, since: float = 0.0) -> None:
+        """What the particles find of surfaces where all lie now (Surroundings.see)."""
+        self._lay(since)
+        if renumbered or _travelled(self, self.p.n, self.n) > self.skin:
             self.relist()
-        return worn
+        _face(self, self.point, self.p.n, self.fluid.inverse, self.p.spacing)
+
+    def bear(self, times: int = 1) -> None:
+        """The forces of the particles, once their `stress` is known, onto all surfaces, as one blow of so many steps; times 0: there is
+        none."""
+        if times:
+            _gather(self, self.particle, self.n, self.fluid.inverse, self.p.spacing)
+        for first, surface in zip(self.first, self.surfaces):
+            surface.bear(self.points, first, times)
+
+    def _lay(self, since: float) -> None:
+        for first, surface in zip(self.first, self.surfaces):
+            surface.lay(self.points, first, since)
 
     def relist(self) -> None:
         """Lists of the pairs within reach, as all lie now."""
@@ -165,60 +129,63 @@ class Wetted(Pool):
         if not self.room:
             self._widen(64)
         _pair(self, self.point, self.p.n, inverse, self.grid.table, 0)
-        found = running(self.start, self.p.n)
+        found = running(self.s.start, self.p.n)
         if found > self.room:
             self._widen(found)
         _pair(self, self.point, self.p.n, inverse, self.grid.table, 1)
         _turn_round(self, self.point, self.particle, self.p.n, self.n)
+        self.fluid.pairs.mark()
 
     def _widen(self, found: int) -> None:
         self.room = max(64, 3 * found // 2)
         self.point = self.field("point", self.room, dtype="i32", grows=True, doc="points near each particle")
         self.particle = self.field("particle", self.room, dtype="i32", grows=True, doc="particles near each point")
 
-    def bear(self, inverse: float, times: int = 1) -> None:
-        """The forces of the particles, once their `stress` is known, onto nodes and bodies. inverse: 1 / 2h_0; times: as one blow of so
-        many steps."""
-        _gather(self, self.particle, self.n, inverse)
-        if self.has_shell:
-            _onto_nodes(self, self.ns, times)
-        if self.nb:
-            _onto_bodies(self, self.rigids.n, times)
+    @ti.func
+    def half(self, k):
+        """Half the thickness at the thin point k [m]."""
+        result = ti.cast(0.0, float)
+        if ti.static(self.even):
+            result = self.one_half
+        else:
+            result = self.points.half(k)
+        return result
 
     @ti.func
     def facet(self, k, x, D, inverse):
         """w of the point k for a particle at x with spacing D."""
-        a = ti.Vector([self.record[k][3], self.record[k][4], self.record[k][5]])
-        r = x - ti.Vector([self.record[k][0], self.record[k][1], self.record[k][2]])
-        if ti.static(self.has_shell):
-            if k < self.ns:
+        a = self.points.area(k)
+        r = x - self.points.place(k)
+        if ti.static(self.thin):
+            if self.points.thin(k):
                 area = a.norm()
                 unit = a / ti.max(area, 1e-30)
                 up = r.dot(unit)
                 side = ti.min(ti.max(up / (FADE * D), -1.0), 1.0)
                 a *= side
                 if up > 0.0:
-                    r -= self.half * unit
+                    r -= self.half(k) * unit
                 else:
-                    r += self.half * unit
+                    r += self.half(k) * unit
         return w2(r.norm(), inverse) * a
 
     @ti.func
     def above(self, k, x):
-        """Height of x over the surface at the point k [m], on either side of a shell."""
-        a = ti.Vector([self.record[k][3], self.record[k][4], self.record[k][5]])
-        r = x - ti.Vector([self.record[k][0], self.record[k][1], self.record[k][2]])
+        """Height of x over the surface at the point k [m], on either side of a thin one."""
+        a = self.points.area(k)
+        r = x - self.points.place(k)
         up = r.dot(a) / ti.max(a.norm(), 1e-30)
-        if k < self.ns:
-            up = ti.abs(up) - self.half
+        if ti.static(self.thin):
+            if self.points.thin(k):
+                up = ti.abs(up) - self.half(k)
         return ti.max(up, 0.0)
 
     @ti.func
-    def images(self, i, inverse):
+    def images(self, i, inverse, spacing):
         """The walls that show particle i images of the surfaces, and how many they are."""
         found, count = ti.Vector(NONE), 0
         if ti.static(self.walls.n > 0):
-            found, count = self.walls.near(self.p.x[i], 1.0 / inverse, RIM * self.spacing)
+            found, count = self.walls.near(self.p.x[i], 1.0 / inverse, RIM * spacing)
         return found, count
 
     @ti.func
@@ -226,17 +193,17 @@ class Wetted(Pool):
         """Where an image surface sees a particle that is at x: its own image, before the surface itself."""
         result = x
         if ti.static(self.walls.n > 0):
-            result = self.walls.mirrored(found, image, x, self.origin)
+            result = self.walls.mirrored(found, image, x, self.points.origin[0])
         return result
 
     @ti.func
-    def whole(self, found, image, i):
+    def whole(self, found, image, i, spacing):
         """How much of an image particle i gets: less around the hole of a wall, as of the images of its neighbours."""
         result = ti.cast(1.0, ti.f64)
         if ti.static(self.walls.n > 0):
             for c in ti.static(range(MOST)):
                 if (image >> c) & 1:
-                    result *= self.walls.share(found[c], self.p.x[i], RIM * self.spacing)
+                    result *= self.walls.share(found[c], self.p.x[i], RIM * spacing)
         return ti.cast(result, float)
 
     @ti.func
@@ -247,57 +214,6 @@ class Wetted(Pool):
         return result
 
 
-def _turns(mesh) -> np.ndarray:
-    x, c = mesh.points, mesh.cells
-    last = np.where(c[:, 3] < 0, c[:, 0], c[:, 3])
-    area = np.cross(x[c[:, 2]] - x[c[:, 0]], x[last] - x[c[:, 1]])
-    return np.where((area * mesh.node_normals[c[:, 0]]).sum(axis=1) < 0, -1.0, 1.0)
-
-
-@ti.func
-def place(nodes: ti.template(), i):
-    """Where node i is [m], f64."""
-    return nodes.X[i] + ti.cast(nodes.u[i], ti.f64)
-
-
-@ti.func
-def _note(t: ti.template(), k, x, a, v, since):
-    if since > 0.0:
-        v = (x - t.was[k]) / since
-    t.x[k], t.was[k] = x, x
-    for c in ti.static(range(3)):
-        t.record[k][c] = ti.cast(x[c] - t.origin[c], float)
-        t.record[k][3 + c] = ti.cast(a[c], float)
-        t.record[k][6 + c] = ti.cast(v[c], float)
-
-
-@ti.kernel
-def _lay(t: ti.template(), ns: ti.i32, nb: ti.i32, since: ti.f64):
-    """Records of the points now."""
-    if ti.static(t.has_shell):
-        for i in range(ns):
-            x = place(t.nodes, i)
-            a = ti.Vector([0.0, 0.0, 0.0], ti.f64)
-            for m in range(t.cells.start_of_node[i], t.cells.start_of_node[i + 1]):
-                s = t.cells.of_node[m]
-                if t.cells.broken[s] == 0:
-                    last = t.cells.n_corners[s] - 1
-                    # half the cross product of the diagonals; of a triangle the second one is a side
-                    one = place(t.nodes, t.cells.corner[s][2]) - place(t.nodes, t.cells.corner[s][0])
-                    two = place(t.nodes, t.cells.corner[s][3 if last == 3 else 0]) - place(t.nodes, t.cells.corner[s][1])
-                    a += 0.5 * t.turn[s] / (last + 1.0) * one.cross(two)
-            v = ti.cast(t.nodes.v[i], ti.f64)
-            _note(t, i, x, a, v, since)
-    if ti.static(t.has_rigids):
-        for b in range(nb):
-            r = t.owner[b]
-            arm = turned(t.rigids.q[r], t.arm[b])
-            x = t.rigids.x[r] + arm
-            a = turned(t.rigids.q[r], t.facing[b])
-            v = t.rigids.v[r] + spin_of(t.rigids, r).cross(arm)
-            _note(t, ns + b, x, a, v, since)
-
-
 @ti.kernel
 def _travelled(t: ti.template(), n: ti.i32, points: ti.i32) -> ti.f64:
     """How far a particle and a point can have moved relative to each other since the lists were made [m]."""
@@ -305,7 +221,7 @@ def _travelled(t: ti.template(), n: ti.i32, points: ti.i32) -> ti.f64:
     for i in range(n):
         ti.atomic_max(one, (t.p.x[i] - t.built_particles[i]).norm_sqr())
     for k in range(points):
-        ti.atomic_max(two, (t.x[k] - t.built[k]).norm_sqr())
+        ti.atomic_max(two, (t.points.x[k] - t.built[k]).norm_sqr())
     return ti.sqrt(one) + ti.sqrt(two)
 
 
@@ -314,7 +230,7 @@ def _keep(t: ti.template(), n: ti.i32, points: ti.i32):
     for i in range(n):
         t.built_particles[i] = t.p.x[i]
     for k in range(points):
-        t.built[k] = t.x[k]
+        t.built[k] = t.points.x[k]
 
 
 @ti.kernel
@@ -322,7 +238,7 @@ def _pair(t: ti.template(), point: ti.template(), n: ti.i32, inverse: ti.f64, ta
     for i in range(n):
         x = t.built_particles[i]
         found = 0
-        if write == 0 or t.start[i + 1] > t.start[i]:
+        if write == 0 or t.s.start[i + 1] > t.s.start[i]:
             home = cube(x, inverse)
             for dx, dy, dz in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
                 there = home + ti.Vector([dx, dy, dz])
@@ -332,10 +248,10 @@ def _pair(t: ti.template(), point: ti.template(), n: ti.i32, inverse: ti.f64, ta
                     away = t.built[k] - x
                     if away.norm_sqr() * inverse * inverse < 1.0 and all(cube(t.built[k], inverse) == there):
                         if write == 1:
-                            point[t.start[i] + found] = k
+                            point[t.s.start[i] + found] = k
                         found += 1
         if write == 0:
-            t.start[i + 1] = found
+            t.s.start[i + 1] = found
 
 
 @ti.kernel
@@ -345,12 +261,12 @@ def _turn_round(t: ti.template(), point: ti.template(), particle: ti.template(),
     for _ in range(1):
         for k in range(points + 1):
             t.start_back[k] = 0
-        for e in range(t.start[n]):
+        for e in range(t.s.start[n]):
             t.start_back[point[e] + 1] += 1
         for k in range(points):
             t.start_back[k + 1] += t.start_back[k]
         for i in range(n):
-            for e in range(t.start[i], t.start[i + 1]):
+            for e in range(t.s.start[i], t.s.start[i + 1]):
                 k = point[e]
                 particle[t.start_back[k]] = i
                 t.start_back[k] += 1
@@ -379,79 +295,61 @@ def even(q):
 
 @runtime.in_any_order
 @ti.kernel
-def _face(t: ti.template(), point: ti.template(), n: ti.i32, inverse_0: float):
+def _face(t: ti.template(), point: ti.template(), n: ti.i32, inverse_0: float, spacing: float):
     for i in range(n):
-        if t.start[i + 1] > t.start[i]:
+        if t.s.start[i + 1] > t.s.start[i]:
             D = t.p.pair[i][3]
             x = ti.Vector([t.p.pair[i][0], t.p.pair[i][1], t.p.pair[i][2]])
             v = ti.Vector([t.p.pair[i][4], t.p.pair[i][5], t.p.pair[i][6]])
-            shell, body = x * 0.0, x * 0.0
-            closing, closing_body, sizes, heights = D * 0.0, D * 0.0, D * 0.0, D * 0.0
-            inverse = inverse_0 * t.spacing / D
-            found, count = t.images(i, inverse)
+            thin, solid = x * 0.0, x * 0.0
+            closing, closing_solid, sizes, heights = D * 0.0, D * 0.0, D * 0.0, D * 0.0
+            inverse = inverse_0 * spacing / D
+            found, count = t.images(i, inverse, spacing)
             for image in range(1 << count):
                 seen, moving = t.seen(found, image, x), t.reflected(found, image, v)
-                whole = t.whole(found, image, i)
-                for e in range(t.start[i], t.start[i + 1]):
+                whole = t.whole(found, image, i, spacing)
+                for e in range(t.s.start[i], t.s.start[i + 1]):
                     k = point[e]
                     w = whole * t.facet(k, seen, D, inverse)
-                    nearing = w.dot(moving - ti.Vector([t.record[k][6], t.record[k][7], t.record[k][8]]))
+                    nearing = w.dot(moving - t.points.velocity(k))
                     w = t.reflected(found, image, w)
                     sizes += w.norm()
                     heights += w.norm() * t.above(k, seen)
-                    if k < t.ns:
-                        shell += w
+                    if t.points.thin(k):
+                        thin += w
                         closing += nearing
                     else:
-                        body += w
-                        closing_body += nearing
+                        solid += w
+                        closing_solid += nearing
             share = D * 0.0 + 1.0
-            square = body.norm_sqr()
+            square = solid.norm_sqr()
             if square > 0.0:
-                share = 1.0 - ti.min(ti.max(shell.dot(body) / square, 0.0), 1.0)
+                share = 1.0 - ti.min(ti.max(thin.dot(solid) / square, 0.0), 1.0)
             t.share[i] = share
-            w = shell + share * body
-            t.met[i] = ti.Vector([w[0], w[1], w[2], closing + share * closing_body])
+            w = thin + share * solid
+            t.s.met[i] = ti.Vector([w[0], w[1], w[2], closing + share * closing_solid])
             size = w.norm()
             missing = beyond(size / (FULL * inverse))
             if missing > 1e-4:
-                t.side[i] = ti.Vector([w[0] / size, w[1] / size, w[2] / size, missing / (1.0 - missing)])
-                t.cover[i] = ti.min(size / ti.max(FULL * inverse * even(inverse * heights / sizes), 1e-30), 1.0)
+                t.s.side[i] = ti.Vector([w[0] / size, w[1] / size, w[2] / size, missing / (1.0 - missing)])
+                t.s.cover[i] = ti.min(size / ti.max(FULL * inverse * even(inverse * heights / sizes), 1e-30), 1.0)
                 t.p.pair[i][3] = -D
 
 
 @runtime.in_any_order
 @ti.kernel
-def _gather(t: ti.template(), particle: ti.template(), points: ti.i32, inverse_0: float):
+def _gather(t: ti.template(), particle: ti.template(), points: ti.i32, inverse_0: float, spacing: float):
     for k in range(points):
         push = ti.Vector([inverse_0 * 0.0, inverse_0 * 0.0, inverse_0 * 0.0])
         for e in range(t.start_back[k], t.start_back[k + 1]):
             i = particle[e]
             D = ti.abs(t.p.pair[i][3])
             x = ti.Vector([t.p.pair[i][0], t.p.pair[i][1], t.p.pair[i][2]])
-            inverse = inverse_0 * t.spacing / D
-            found, count = t.images(i, inverse)
+            inverse = inverse_0 * spacing / D
+            found, count = t.images(i, inverse, spacing)
             for image in range(1 << count):
-                w = t.whole(found, image, i) * t.facet(k, t.seen(found, image, x), D, inverse)
-                if k >= t.ns:
+                w = t.whole(found, image, i, spacing) * t.facet(k, t.seen(found, image, x), D, inverse)
+                if not t.points.thin(k):
                     w *= t.share[i]
-                push -= t.stress[i] * w
-        t.push[k] = push
-
-
-@ti.kernel
-def _onto_nodes(t: ti.template(), ns: ti.i32, times: ti.i32):
-    for i in range(ns):
-        t.nodes.force[i] += times * t.push[i]
-
-
-@ti.kernel
-def _onto_bodies(t: ti.template(), bodies: ti.i32, times: ti.i32):
-    for r in range(bodies):
-        force, torque = t.rigids.force[r], t.rigids.torque[r]
-        water = force * 0.0
-        for b in range(t.first[r], t.first[r + 1]):
-            push = ti.cast(t.push[t.ns + b], ti.f64)
-            water += push
-            torque += times * (t.x[t.ns + b] - t.rigids.x[r]).cross(push)
-        t.rigids.force[r], t.rigids.torque[r], t.rigids.water[r] = force + times * water, torque, water
+                push -= t.s.stress[i] * w
+        t.points.push[k] = push

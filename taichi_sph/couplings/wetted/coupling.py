@@ -1,0 +1,49 @@
+"""Wetting as a coupling of the world: between one group of fluids and the surfaces of all other groups."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ...bodies.body import Group, Now
+from ...bodies.fluid.group import FluidGroup
+from ...bodies.wettable import wettables
+from ...pool import Pool
+from ..coupling import Coupling
+from .wetted import FINE, Wetted
+
+
+def couplings(scene: Any, groups: Sequence[Group]) -> list[WettedCoupling]:
+    """One for each group of fluids that its pressure carries, where there is something to wet."""
+    found = []
+    for fluid in groups:
+        if isinstance(fluid, FluidGroup) and fluid.presses:
+            names = [body.name for body in fluid.bodies]
+
+            def meets(name: str, names: list[str] = names) -> bool:
+                return any(scene.met(one, name).meet for one in names)
+
+            name = fluid.name.replace("fluid", "wet")
+            surfaces = wettables([group for group in groups if group is not fluid], name, FINE * fluid.body.p.spacing, meets)
+            if surfaces:
+                found.append(WettedCoupling(fluid, Wetted(name, surfaces, fluid.body)))
+    return found
+
+
+class WettedCoupling(Coupling):
+    """wetted: points, lists and weights."""
+
+    def __init__(self, fluid: FluidGroup, wetted: Wetted):
+        self.fluid, self.wetted = fluid, wetted
+
+    def pools(self) -> Sequence[Pool]:
+        return self.wetted.pools()
+
+    def meet(self, now: Now) -> None:
+        """What the particles see of surfaces, when the fluid takes a step."""
+        if now.due(self.fluid):
+            self.wetted.see(self.fluid.renumbered, self.fluid.body.dt if self.fluid.every > 1 else 0.0)
+
+    def add(self, now: Now) -> None:
+        """The forces of the particles on surfaces, as one blow for all steps of the clock until the fluid's next."""
+        self.wetted.bear(self.fluid.every if now.due(self.fluid) else 0)
