@@ -5,8 +5,20 @@
 s and not rho is the state: of 1000 kg/m3 single precision keeps 6e-5, that is 130 Pa of water.
 """
 
+import numpy as np
+
 from ..numerics import doubles
 from ..runtime import ti
+
+
+def pressures(stiffness: float, gamma: float, s: np.ndarray) -> np.ndarray:
+    """`pressure` outside kernels."""
+    return stiffness * s
+
+
+def compressions(stiffness: float, gamma: float, p: np.ndarray) -> np.ndarray:
+    """`compression` outside kernels."""
+    return p / stiffness
 
 
 @ti.func

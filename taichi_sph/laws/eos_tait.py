@@ -6,8 +6,20 @@
 It stiffens as it is compressed: at 1 GPa and gamma 7.15, c of water has doubled, where the acoustic law keeps it.
 """
 
+import numpy as np
+
 from ..numerics import doubles
 from ..runtime import ti
+
+
+def pressures(stiffness: float, gamma: float, s: np.ndarray) -> np.ndarray:
+    """`pressure` outside kernels."""
+    return stiffness / gamma * np.expm1(gamma * np.log1p(s))
+
+
+def compressions(stiffness: float, gamma: float, p: np.ndarray) -> np.ndarray:
+    """`compression` outside kernels."""
+    return np.expm1(np.log1p(gamma * p / stiffness) / gamma)
 
 
 @ti.func

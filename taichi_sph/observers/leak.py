@@ -11,7 +11,8 @@ those particles that may have come to a wall since they were last asked.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from ..pool import Pool
 if TYPE_CHECKING:
     from ..bodies.fluid.group import FluidGroup
     from ..bodies.shell_sph.group import ShellGroup
+    from ..scene.schema import Scene
 
 
 UNITS = {
@@ -30,64 +32,83 @@ UNITS = {
 
 
 class LeakGauge(Pool):
-    """Watches one fluid in one closed shell."""
+    """Watches one fluid in one closed shell. name: of its history."""
 
     kept = ("outside", "room", "looked", "before", "rate", "jet")
 
-    def __init__(self, tank: ShellGroup, fluid: FluidGroup):
-        """tank: the group of the shell; fluid: that of the fluid."""
-        super().__init__("leak")
-        self.tank, self.fluid = tank, fluid
-        n = fluid.body.p.n
+    def __init__(self, name: str, tank: ShellGroup, shell: str, fluid: FluidGroup, filled: str):
+        """tank, fluid: the groups; shell, filled: names of the bodies."""
+        super().__init__(name)
+        self.tank, self.shell = tank, tank.of(shell)
+        self.nodes = slice(self.shell.nodes.first, self.shell.nodes.first + self.shell.nodes.n)
+        self.fluid, self.span = fluid, fluid.of(filled)
+        n = self.span.n
         self.outside = np.zeros(n, bool)  # by number at the start
         self.room = np.zeros(n)  # m, how far a particle was from the shell when it was last looked at
         self.looked = np.zeros(n)  # s, when
         self.before = np.zeros(2)  # time [s] and escaped mass [kg] of the sample before
         self.rate, self.jet = 0.0, np.zeros(3)  # kg/s, m/s: of the last sample
-        self.row = self._row(0.0)  # of the last sample; asking for it again changes nothing
+        self.row = self._row()  # of the last sample; asking for it again changes nothing
+
+    def renew(self) -> None:
+        self.row = self._row()
+
+    def shows(self) -> dict[str, np.ndarray]:
+        """What frames show of the fluid."""
+        return {"outside": self.outside.astype(np.uint8)}
+
+    def _of(self, field: Any) -> np.ndarray:
+        """The values of a field at the nodes of the tank."""
+        return runtime.get(field, self.tank.nodes.n)[self.nodes]
+
+    @property
+    def escaped(self) -> float:
+        """Mass that has left [kg]."""
+        body = self.fluid.body
+        return float(body.p.masses[body.p.of[self.span.first]]) * int(self.outside.sum())
 
     def look(self, time: float) -> dict[str, float]:
-        """Looks, and returns the row of histories/leak.csv now."""
+        """Looks, and returns the row of the history now."""
         from scipy.spatial import cKDTree
 
-        tank, p = self.tank, self.fluid.body.p
-        order = np.argsort(runtime.get(p.id, p.n))
+        nodes, mesh, p = self.tank.nodes, self.shell.mesh, self.fluid.body.p
+        order = self.fluid.body.numbered()[self.span.first : self.span.first + self.span.n]
         x = runtime.get(p.x, p.n)[order]
         v = runtime.get(p.v, p.n)[order].astype(np.float64)
-        fastest = max(self.fluid.body.fastest(), np.linalg.norm(runtime.get(tank.nodes.v, tank.nodes.n), axis=1).max())
-        asked = np.flatnonzero(~self.outside & (self.room <= 2.0 * fastest * (time - self.looked) + tank.spacing))
+        half = 0.5 * self.shell.said.thickness
+        fastest = max(self.fluid.body.fastest(), np.linalg.norm(self._of(nodes.v), axis=1).max())
+        asked = np.flatnonzero(~self.outside & (self.room <= 2.0 * fastest * (time - self.looked) + mesh.spacing))
         if len(asked):
-            nodes = tank.mesh.points + runtime.get(tank.nodes.u, tank.nodes.n)
-            director = runtime.get(tank.nodes.N, tank.nodes.n) + runtime.get(tank.nodes.d, tank.nodes.n)
-            whole = self._tank()
-            distance, nearest = cKDTree(nodes[whole]).query(x[asked])
-            beyond = np.einsum("ni,ni->n", x[asked] - nodes[whole][nearest], director[whole][nearest])
-            passed = np.flatnonzero(beyond > 0.5 * tank.shell.thickness)
+            places = mesh.points + self._of(nodes.u)
+            director = self._of(nodes.N) + self._of(nodes.d)
+            whole = self._whole()
+            distance, nearest = cKDTree(places[whole]).query(x[asked])
+            beyond = np.einsum("ni,ni->n", x[asked] - places[whole][nearest], director[whole][nearest])
+            passed = np.flatnonzero(beyond > half)
             if len(passed):
-                X, N = tank.mesh.points, runtime.get(tank.nodes.N, tank.nodes.n)
+                X, N = mesh.points, self._of(nodes.N)
                 _, first = cKDTree(X).query(x[asked[passed]])
                 before = np.einsum("ni,ni->n", x[asked[passed]] - X[first], N[first])
-                passed = passed[before > 0.5 * tank.shell.thickness]
+                passed = passed[before > half]
             left = asked[passed]
             self.outside[left] = True
             self.room[asked], self.looked[asked] = distance, time
         else:
             left = asked
-        mass = p.one * int(self.outside.sum())
         since = time - self.before[0]
         if since > 0:
-            self.rate = (mass - self.before[1]) / since
-            self.before = np.array([time, mass])
+            self.rate = (self.escaped - self.before[1]) / since
+            self.before = np.array([time, self.escaped])
         if len(left):
             self.jet = v[left].mean(axis=0)
-        self.row = self._row(mass)
+        self.row = self._row()
         return self.row
 
-    def _row(self, mass: float) -> dict[str, float]:
+    def _row(self) -> dict[str, float]:
         speed = float(np.linalg.norm(self.jet))
         direction = self.jet / speed if speed else self.jet
         return {
-            "escaped_mass": mass,
+            "escaped_mass": self.escaped,
             "escaped_count": int(self.outside.sum()),
             "rate": self.rate,
             "jet_speed": speed,
@@ -95,31 +116,46 @@ class LeakGauge(Pool):
             "opening_area": self.opening(),
         }
 
-    def _tank(self) -> np.ndarray:
-        """Numbers of the nodes of the largest piece."""
+    def _whole(self) -> np.ndarray:
+        """Numbers of the nodes of the largest piece, in the mesh of the tank."""
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
 
-        cells = self.tank.mesh.cells[runtime.get(self.tank.cells.broken, self.tank.cells.n) == 0]
+        cells = self.shell.mesh.cells[self._broken() == 0]
         first, other = cells[:, [0, 1, 2]].ravel(), cells[:, [1, 2, 3]].ravel()
-        n = self.tank.nodes.n
+        n = self.shell.nodes.n
         linked = other >= 0
         links = coo_array((np.ones(linked.sum()), (first[linked], other[linked])), shape=(n, n))
         _, piece = connected_components(links, directed=False)
         return np.flatnonzero(piece == np.bincount(piece).argmax())
 
+    def _broken(self) -> np.ndarray:
+        """Of the cells of the tank: 1 where broken."""
+        own = self.shell.cells
+        return runtime.get(self.tank.cells.broken, self.tank.cells.n)[own.first : own.first + own.n]
+
     def opening(self) -> float:
         """Area [m2] of the broken cells as they lie now, less what they had: cracks count by their width. A cell that has lost
         a node to a fragment counts as it was."""
-        tank = self.tank
-        broken = np.flatnonzero(runtime.get(tank.cells.broken, tank.cells.n) == 1)
+        mesh, nodes = self.shell.mesh, self.tank.nodes
+        broken = np.flatnonzero(self._broken() == 1)
         if not len(broken):
             return 0.0
-        cells = tank.mesh.cells[broken]
+        cells = mesh.cells[broken]
         corners = np.where(cells < 0, cells[:, :1], cells)
-        x = tank.mesh.points + runtime.get(tank.nodes.u, tank.nodes.n)
+        x = mesh.points + self._of(nodes.u)
         a, b, c, d = (x[corners[:, k]] for k in range(4))
         now = 0.5 * np.linalg.norm(np.cross(c - a, d - b), axis=1)
-        was = tank.mesh.areas[broken]
-        lost = (runtime.get(tank.nodes.fragment, tank.nodes.n)[corners] == 1).any(axis=1)
+        was = mesh.areas[broken]
+        lost = (self._of(nodes.fragment)[corners] == 1).any(axis=1)
         return float(np.where(lost, was, np.clip(now - was, 0.0, 4.0 * was)).sum())
+
+
+def gauges(scene: Scene, groups: Sequence[Any]) -> list[LeakGauge]:
+    """One for each fluid that fills a shell; where there are several their histories are called by the fluids."""
+    filled = [(fluid, tank) for fluid in scene.fluids if (tank := getattr(fluid.fill, "shell", None)) is not None]
+
+    def holds(name: str) -> Any:
+        return next(group for group in groups if name in [body.name for body in group.bodies])
+
+    return [LeakGauge("leak" if len(filled) == 1 else f"leak_{f.name}", holds(tank), tank, holds(f.name), f.name) for f, tank in filled]

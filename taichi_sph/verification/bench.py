@@ -246,6 +246,7 @@ def measure_fluid(particles: int, arch: str, threads: int | None, precision: str
 
     from .. import runtime
     from ..bodies.fluid.body import FluidBody
+    from ..bodies.fluid.fill import Filling
     from ..bodies.fluid.said import Fluid, FluidBox
 
     runtime.start(arch, precision, threads)
@@ -253,7 +254,7 @@ def measure_fluid(particles: int, arch: str, threads: int | None, precision: str
     x = np.stack(np.meshgrid(*[np.arange(side)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     x = d * (x + 0.5 + np.random.default_rng(0).uniform(-0.15, 0.15, x.shape))
     fluid = Fluid(name="water", fill=FluidBox(lo=(0, 0, 0), hi=(side * d,) * 3))
-    b = FluidBody(fluid, x, d, 1000 * d**3)
+    b = FluidBody([(fluid, Filling(x, side**3 * d**3, d, fluid.water.density))])
     b.start()
     n = b.p.n
     runtime.put(b.p.v, 30 * np.sin(40 * runtime.get(b.p.x, n)[:, [1, 2, 0]]))
@@ -313,7 +314,7 @@ def inside(b: Any) -> float:
     from .. import runtime
 
     x = runtime.get(b.p.x, b.p.n)
-    reach = 2 * b.water.support * b.p.spacing
+    reach = 2 * b.support * b.p.spacing
     deep = ((x > x.min(axis=0) + reach) & (x < x.max(axis=0) - reach)).all(axis=1)
     return float(np.mean(cKDTree(x).query_ball_point(x[deep][:1000], reach, return_length=True)) - 1)
 

@@ -19,10 +19,12 @@ def lattice(counts, shaken: float = 0.0) -> np.ndarray:
 def body(points, *, water=None, gravity=(0.0, 0.0, 0.0), walls=(), precision="f64", threads=None, skin=0.15, **settings):
     """A FluidBody of those points in a Taichi started afresh."""
     from taichi_sph.bodies.fluid.body import FluidBody
+    from taichi_sph.bodies.fluid.fill import Filling
 
     runtime.start("cpu", precision, threads)
     fluid = Fluid(name="water", fill=FluidBox(lo=(0, 0, 0), hi=(1, 1, 1)), water=water or Water(tension=None), **settings)
-    made = FluidBody(fluid, np.asarray(points, float), SPACING, 1000 * SPACING**3, gravity, walls, skin)
+    filling = Filling(np.asarray(points, float), len(points) * SPACING**3, SPACING, fluid.water.density)
+    made = FluidBody([(fluid, filling)], gravity, walls, skin)
     made.start()
     return made
 

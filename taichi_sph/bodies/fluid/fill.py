@@ -20,7 +20,7 @@ from ...geometry.holes import lids
 from ...geometry.mesh import SurfaceMesh
 from ...geometry.surfaces import mesh_key
 from ...scene.schema import Scene
-from ...scene.surfaces import CappedTank, Cylinder
+from ...scene.surfaces import CappedTank, Cylinder, Surface
 from .said import Fluid, FluidBox
 
 AXES = {"x": 0, "y": 1, "z": 2}
@@ -74,13 +74,14 @@ def fill_fluid(fluid: Fluid, scene: Scene, mesh: SurfaceMesh | None) -> Filling:
     return found
 
 
-def fill(fluid: Fluid, spacing: float, mesh: SurfaceMesh | None = None, thickness: float = 0.0, surface=None) -> Filling:
+def fill(fluid: Fluid, spacing: float, mesh: SurfaceMesh | None = None, thickness: float = 0.0, surface: Surface | None = None) -> Filling:
     """The particles of a fluid. mesh, thickness [m], surface: of the shell that it fills (surface: as the scene has it)."""
     d = fluid.spacing or spacing
     if isinstance(fluid.fill, FluidBox):
         lo, hi = np.array(fluid.fill.lo), np.array(fluid.fill.hi)
         n = np.maximum(1, np.round((hi - lo) / d).astype(int))
         return Filling(_lattice(lo + 0.5 * (hi - lo) / n, (hi - lo) / n, n), fluid.fill.volume, d, fluid.water.density)
+    assert mesh is not None, "what fills a shell needs its mesh"
     if (mesh.edges.sides[:, 1] < 0).any() and not getattr(surface, "holds", False):
         raise SceneError(f"fluid '{fluid.name}': shell '{fluid.fill.shell}' is open, so it has no inside to fill; close it")
     axis = AXES[fluid.fill.axis]
@@ -247,7 +248,7 @@ def _feet(p: np.ndarray, t: np.ndarray) -> np.ndarray:
     return result
 
 
-def _revolved(surface, thickness: float, axis: str, level: float) -> float | None:
+def _revolved(surface: Surface | None, thickness: float, axis: str, level: float) -> float | None:
     """Volume inside a tank up to a level along its own axis [m3], by its radius over the height; None for other bodies."""
     if not isinstance(surface, (Cylinder, CappedTank)) or surface.axis != axis or getattr(surface, "cap", "flat") not in ("flat", "dome"):
         return None

@@ -2,50 +2,87 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 from ... import runtime
-from ...errors import RunStopped
+from ...errors import RunStopped, SceneError
 from ...frame import NO_CELLS, BodyFrame
 from ...numerics.reduce import fastest
 from ...pool import Pool
 from ...scene.schema import Scene
 from ..body import Entries, Now, Rest, Span
 from .body import FluidBody
-from .fill import fill_fluid
+from .fill import Filling, fill_fluid
+from .pool import OWN
 from .port import FluidSurface
+from .said import Fluid
 
 FASTEST = 3.0  # speed of a fluid over that of sound in it
 LOOK = 10  # steps between two looks at the speed of a fluid
 
 
-def groups(scene: Scene, others) -> list[FluidGroup]:
-    """The groups of the scene's fluids. others: those that a fluid can wet."""
-    return [FluidGroup(scene, others)] if scene.fluids else []
+def groups(scene: Scene, others: Sequence[Any]) -> list[FluidGroup]:
+    """The groups of the scene's fluids: those that may meet, one through the other, are one. The pools of the second are called "fluid_2"
+    and so on. others: the groups so far, shells among them."""
+    found: list[list[Fluid]] = []
+    for fluid in scene.fluids:
+        touched = [group for group in found if any(scene.met(fluid.name, one.name).meet for one in group)]
+        found = [group for group in found if group not in touched] + [[one for group in touched for one in group] + [fluid]]
+    place = {fluid.name: k for k, fluid in enumerate(scene.fluids)}
+    found = sorted((sorted(group, key=lambda one: place[one.name]) for group in found), key=lambda group: place[group[0].name])
+    return [FluidGroup(scene, others, group, f"fluid_{k}" if k > 1 else "fluid") for k, group in enumerate(found, start=1)]
+
+
+def _one_pool(scene: Scene, fluids: Sequence[Fluid], fillings: Sequence[Filling]) -> None:
+    """SceneError where fluids that can meet cannot stand in one pool."""
+    first, parted = fluids[0], "part them by meetings of all of them, or make them equal"
+    for fluid, filling in zip(fluids[1:], fillings[1:]):
+        two = f"fluids '{first.name}' and '{fluid.name}' can meet"
+        if fluid.contact != first.contact:
+            raise SceneError(f"{two}, but not with one `contact` each; {parted}")
+        if [w for w in scene.walls if w.holds(fluid.name)] != [w for w in scene.walls if w.holds(first.name)]:
+            raise SceneError(f"{two}, but not between walls that hold one and not the other; {parted}")
+        if abs(filling.spacing / fillings[0].spacing - 1.0) > 0.03:
+            raise SceneError(
+                f"{two}, but their particles differ by more than 3 % in size ({fillings[0].spacing:.4g} m, {filling.spacing:.4g} m); choose"
+                " sizes that are whole numbers of spacings"
+            )
+    for k, one in enumerate(fluids):
+        for other in fluids[:k]:
+            if not scene.met(one.name, other.name).meet:
+                raise SceneError(f"meetings: '{other.name}' and '{one.name}' cannot pass through each other while both meet another fluid")
 
 
 class FluidGroup(Rest):
-    """body: the fluid; renumbered: whether its particles stand in another order than at the step before."""
+    """body: the fluids; renumbered: whether their particles stand in another order than at the step before."""
 
     kind = "fluid"
-    name = "fluid"  # of its pools
 
-    def __init__(self, scene: Scene, others):
-        self.scene, fluid = scene, scene.fluids[0]
-        shell = next((g for g in others if g.kind == "shell"), None)
-        filling = fill_fluid(fluid, scene, shell.mesh if shell is not None else None)
-        gravity = scene.gravity or (0.0, 0.0, 0.0)
-        self.body = FluidBody(fluid, filling.points, filling.spacing, filling.mass, gravity, scene.walls)
-        self.bodies = (Span(fluid.name, 0, self.body.p.n),)
-        self.every = fluid.every or 1 if scene.shells else 1
+    def __init__(self, scene: Scene, others: Sequence[Any], fluids: Sequence[Fluid], name: str):
+        """name: of the pools."""
+        self.scene, self.name = scene, name
+        meshes = {shell.name: shell.mesh for group in others if group.kind == "shell" for shell in group.shells}
+        fillings = [fill_fluid(fluid, scene, meshes.get(getattr(fluid.fill, "shell", None))) for fluid in fluids]
+        _one_pool(scene, fluids, fillings)
+        walls = [wall for wall in scene.walls if wall.holds(fluids[0].name)]
+        self.body = FluidBody(list(zip(fluids, fillings)), scene.gravity or (0.0, 0.0, 0.0), walls, name=name)
+        self.bodies = tuple(self.body.spans)
+        self.contact = fluids[0].contact
+        self.every = fluids[0].every or 1 if scene.shells else 1
         self.renumbered = False
         self.pushed = False  # contact may push the particles
-        self.outside = np.zeros(self.body.p.n, bool)  # of its tank, by number at the start: a gauge writes it
 
     @property
     def presses(self) -> bool:
         """Whether the fluid acts on other bodies by its pressure."""
-        return self.body.fluid.contact is None
+        return self.contact is None
+
+    def of(self, name: str) -> Span:
+        """The fluid of that name."""
+        return next(span for span in self.bodies if span.name == name)
 
     def start(self) -> None:
         self.body.start()
@@ -85,22 +122,31 @@ class FluidGroup(Rest):
     def look(self, now: Now) -> None:
         """Speeds: a shock that would throw water at FASTEST c is far beyond any law of state here, and weakly compressible it is not."""
         fluid = self.body
-        speed, limit = fluid.fastest(), FASTEST * fluid.water.sound
-        if speed <= limit:
+        speed = fluid.fastest()
+        if speed <= FASTEST * min(one.water.sound for one in fluid.fluids):
             return
         i, moves = fastest(fluid.p.v, fluid.p.x, fluid.p.n)
+        number = int(runtime.get(fluid.p.id, fluid.p.n)[i])
+        of = int(fluid.p.of[number])
+        sound = fluid.fluids[of].water.sound
+        if speed <= FASTEST * sound:
+            return
         raise RunStopped(
-            f"fluid '{self.bodies[0].name}': particle {runtime.get(fluid.p.id, fluid.p.n)[i]} {moves} at t = {now.time:.6g} s,"
-            f" beyond {FASTEST:g} times the sound speed {fluid.water.sound:g} m/s; the impact is likely too violent for this law of"
+            f"fluid '{self.bodies[of].name}': particle {number - self.bodies[of].first} {moves} at t = {now.time:.6g} s,"
+            f" beyond {FASTEST:g} times the sound speed {sound:g} m/s; the impact is likely too violent for this law of"
             " state, or sound was slowed too far: raise water.sound or alpha, or lower numerics.time_step_safety"
         )
 
     def frames(self) -> list[BodyFrame]:
-        data = self.body.frame()
-        points = data.pop("points")
-        n = len(points)
-        data |= {"reference": self.body.points, "diameter": np.full(n, self.body.p.spacing), "outside": self.outside.astype(np.uint8)}
-        return [BodyFrame(self.bodies[0].name, points, NO_CELLS, data, {}, kind="fluid")]
+        found = []
+        for b, span in enumerate(self.bodies):
+            data = self.body.frame(span)
+            points = data.pop("points")
+            data["reference"] = self.body.points[span.first : span.first + span.n]
+            data["diameter"] = np.full(span.n, self.body.constants[b, OWN])
+            data["outside"] = np.zeros(span.n, np.uint8)  # a gauge of leaks knows better
+            found.append(BodyFrame(span.name, points, NO_CELLS, data, {}, kind="fluid"))
+        return found
 
     def pools(self) -> list[Pool]:
         return self.body.pools()

@@ -4,8 +4,10 @@ import numpy as np
 
 from ... import runtime
 from ...laws import eos_acoustic, eos_tait
-from ...numerics.reduce import BLOCK
+from ...numerics.reduce import BLOCK, Reducer
 from ...runtime import ti
+from .pairs import RECORD, FluidPairs
+from .pool import DENSITY, GAMMA, LEAST, SOUND2, STIFFNESS
 
 
 @ti.kernel
@@ -36,22 +38,21 @@ def drift(p: ti.template(), walls: ti.template(), n: ti.i32, dt_before: float, d
         p.kinetic[i] = 0.5 * p.mass[i] * before.dot(after)
 
 
-def stored_energy(pairs, reducer) -> float:
+def stored_energy(pairs: FluidPairs, reducer: Reducer) -> float:
     """Energy of compression [J]."""
-    w, p = pairs.water, pairs.p
+    p = pairs.p
     blocks = -(-p.n // BLOCK)
-    _stored(reducer.partial, pairs, p.n, blocks, w.stiffness, w.gamma, w.least, w.sound**2, w.density)
+    _stored(reducer.partial, pairs, p.n, blocks, pairs.alone)
     return float(np.sum(runtime.get(reducer.partial, blocks)))
 
 
 @ti.kernel
-def _stored(
-    partial: ti.template(), t: ti.template(), n: ti.i32, blocks: ti.i32, stiffness: ti.f64, gamma: ti.f64, least: ti.f64,
-    sound2: ti.f64, density: ti.f64,
-):  # fmt: skip
+def _stored(partial: ti.template(), t: ti.template(), n: ti.i32, blocks: ti.i32, alone: RECORD):
     for b in range(blocks):
         total = ti.cast(0.0, ti.f64)
         for i in range(b * BLOCK, ti.min(n, (b + 1) * BLOCK)):
+            c = t.constants_of(i, alone)
+            stiffness, gamma, least = c[STIFFNESS], c[GAMMA], c[LEAST]
             s = ti.cast(t.p.s[i], ti.f64)
             beyond = ti.cast(0.0, ti.f64)
             if ti.static(t.cut):
@@ -60,10 +61,10 @@ def _stored(
                 if ti.static(t.tait):
                     bottom = eos_tait.compression(stiffness, gamma, least)
                 if s < bottom:
-                    beyond = least / density * (1.0 / (1.0 + bottom) - 1.0 / (1.0 + s))
+                    beyond = least / c[DENSITY] * (1.0 / (1.0 + bottom) - 1.0 / (1.0 + s))
                     s = bottom
             e = eos_acoustic.energy(gamma, s)
             if ti.static(t.tait):
                 e = eos_tait.energy(gamma, s)
-            total += ti.cast(t.p.mass[i], ti.f64) * (sound2 * e + beyond)
+            total += ti.cast(t.p.mass[i], ti.f64) * (c[SOUND2] * e + beyond)
         partial[b] = total

@@ -24,7 +24,7 @@ NEAR = 1.2  # |w| over 1 / 2h where a particle is 0.4 D off an even wall
 def even_out(body, axis: str, level: float | None) -> np.ndarray:
     """(N, 3) places of the particles of a FluidBody that fills a shell up to `level` [m] along `axis` (None: to the top)."""
     p, near, pairs = body.p, body.near, body.pairs
-    h = body.water.support * p.spacing
+    h = body.support * p.spacing
     up = np.eye(3)["xyz".index(axis)]
     top = np.inf if level is None else level - 2.1 * h
     for _ in range(MOST):

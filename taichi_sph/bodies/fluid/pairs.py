@@ -19,34 +19,58 @@ s* = s_n-1 + dt (2 rate_n-1 - rate_n-2), and corrects s_n. For a wave of frequen
 The rates are those of the fluid alone: what surfaces do to a density over the step is known when its pressure is needed.
 """
 
+from typing import Any
+
+import numpy as np
+
 from ... import runtime
 from ...laws import eos_acoustic, eos_tait
 from ...numerics.kernel import w2_slope
+from ...numerics.neighbours import Neighbours
 from ...runtime import ti
-from .pool import NARROWEST, WIDEST
-from .walls import MOST, NONE, RIM
+from .pool import (
+    CONSTANTS,
+    DENSITY,
+    DIFFUSION,
+    EPS2,
+    GAMMA,
+    INVERSE,
+    LEAST,
+    LINEAR,
+    NARROWEST,
+    OWN,
+    QUADRATIC,
+    SPACING,
+    STIFFNESS,
+    WIDEST,
+    FluidParticles,
+)  # fmt: skip
+from .walls import MOST, NONE, RIM, Walls
 
 VECTOR = ti.types.vector(3, ti.f64)
+RECORD = ti.types.vector(CONSTANTS, ti.f64)
+HALF, OF_KERNEL, OF_MU, OF_ALPHA, OF_BETA = range(3, 8)  # of the record that `_act` reads: 1 / 2D_0, 1 / 2h_0, eps^2, viscosity
 
 
 @ti.data_oriented
 class FluidPairs:
-    """The pass over a pool `p` (FluidParticles) with lists `near` (Neighbours) of a `water` (constants)."""
+    """The pass over a pool `p` (FluidParticles) with lists `near` (Neighbours). `wet`: Surroundings, where there is something to wet."""
 
-    def __init__(self, p, near, water, walls, gravity, origin):
-        """water: density rho_0, sound c, tait gamma (0: acoustic), least pressure p_min, support phi = h / D, alpha, beta,
-        delta. origin [m]: pair records are relative to it, which single precision needs. `wet`: Surroundings, where there is something
-        to wet."""
-        self.p, self.near, self.water, self.walls, self.wet = p, near, water, walls, None
+    def __init__(
+        self, p: FluidParticles, near: Neighbours, walls: Walls, support: float, tait: bool, cut: bool, gravity: Any, origin: np.ndarray
+    ) -> None:
+        """support phi = h / D; tait: the law of all; cut: some have a least pressure; origin [m]: pair records are relative to it, which
+        single precision needs."""
+        self.p, self.near, self.walls, self.support, self.wet = p, near, walls, support, None
         self.wets = False
-        self.tait = water.gamma > 0
-        self.cut = water.least > -1e300
+        self.tait, self.cut = tait, cut
+        self.mixes = len(p.masses) > 1
+        self.alone = ti.Vector([*runtime.get(p.constants, 1)[0]], ti.f64)
         self.gravity, self.origin = ti.Vector([*gravity], ti.f64), ti.Vector([*origin], ti.f64)
 
     def pack(self, dt: float) -> None:
         """Records of the particles at the positions now, dt after the last pass; with the pressure that will act."""
-        w = self.water
-        _pack(self, self.p.n, self.origin, dt, w.stiffness, w.gamma, w.least)
+        _pack(self, self.p.n, self.origin, dt, self.alone)
 
     def mark(self) -> None:
         """Who may have a neighbour with a side: after every new list, of particles or of what they wet."""
@@ -54,13 +78,17 @@ class FluidPairs:
 
     def act(self, dt_before: float, dt: float) -> None:
         """force, rate, s; books what viscosity, diffusion and lag take."""
-        w, d = self.water, self.p.spacing
-        h = w.support * d
         if self.wets:
-            _meet(self, self.p.n, dt_before, w.stiffness, w.gamma, w.least)
-        diffusion = 2.0 * w.delta * h / (w.density * w.sound)
-        _act(self, self.near.near, self.p.n, self.near.width, self.gravity, self.origin, dt_before, dt, w.stiffness, w.gamma, w.least,
-             w.density, d, 0.5 / h, w.alpha * w.density * w.sound * h, w.beta * w.density * h * h, 0.01 * h * h, diffusion)  # fmt: skip
+            _meet(self, self.p.n, dt_before, self.alone)
+        _act(self, self.near.near, self.p.n, self.near.width, self.gravity, self.origin, dt_before, dt, self.alone)
+
+    @ti.func
+    def constants_of(self, i, alone):
+        """Constants of the fluid of particle i; alone: those of the only one, which kernels are given as an argument."""
+        result = alone
+        if ti.static(self.mixes):
+            result = self.p.constants[self.p.body[i]]
+        return result
 
     @ti.func
     def pressure(self, stiffness, gamma, least, s):
@@ -73,8 +101,9 @@ class FluidPairs:
 
 
 @ti.kernel
-def _pack(t: ti.template(), n: ti.i32, origin: VECTOR, dt: float, stiffness: float, gamma: float, least: float):
+def _pack(t: ti.template(), n: ti.i32, origin: VECTOR, dt: float, alone: RECORD):
     for i in range(n):
+        k = t.constants_of(i, alone)
         s = t.p.s[i] + dt * (2.0 * t.p.rate[i] - t.p.rate_before[i])
         size = ti.min(ti.max((1.0 + ti.max(s, -0.9)) ** (-1.0 / 3.0), NARROWEST), WIDEST)
         x = t.p.x[i] - origin
@@ -82,19 +111,20 @@ def _pack(t: ti.template(), n: ti.i32, origin: VECTOR, dt: float, stiffness: flo
         for c in ti.static(range(3)):
             t.p.pair[i][c] = ti.cast(x[c], float)
             t.p.pair[i][4 + c] = v[c]
-        t.p.pair[i][3] = t.p.spacing * size
-        t.p.pair[i][7] = t.pressure(stiffness, gamma, least, s)
+        t.p.pair[i][3] = ti.cast(k[OWN], float) * size
+        t.p.pair[i][7] = t.pressure(ti.cast(k[STIFFNESS], float), ti.cast(k[GAMMA], float), ti.cast(k[LEAST], float), s)
 
 
 @ti.kernel
-def _meet(t: ti.template(), n: ti.i32, dt: float, stiffness: float, gamma: float, least: float):
+def _meet(t: ti.template(), n: ti.i32, dt: float, alone: RECORD):
     """The pressures that will act, with what surfaces did to the densities over the step: that is known already, and extrapolated it would
     feed the fastest modes of a shell (docs/method.md, 11)."""
     for i in range(n):
         if t.wet.start[i + 1] > t.wet.start[i]:
+            k = t.constants_of(i, alone)
             before = t.p.s[i]
             s = before + dt * (2.0 * t.p.rate[i] - t.p.rate_before[i]) - (1.0 + before) * dt * 2.0 * t.wet.met[i][3]
-            t.p.pair[i][7] = t.pressure(stiffness, gamma, least, s)
+            t.p.pair[i][7] = t.pressure(ti.cast(k[STIFFNESS], float), ti.cast(k[GAMMA], float), ti.cast(k[LEAST], float), s)
 
 
 @ti.kernel
@@ -108,26 +138,25 @@ def _mark(t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32):
 
 
 @ti.func
-def _pair(x, v, D, p, D_j, p_j, g, half_by_spacing, inverse_0, linear, quadratic, eps2):
-    """Of one neighbour: what it adds to force (3), div, spread, power, all over V_i, and G V_j; x and v relative to it."""
+def _pair(x, v, D, p, D_j, p_j, c, linear, quadratic):
+    """Of one neighbour: what it adds to force (3), div, spread, power, all over V_i, and G V_j; x and v relative to it; c: see `_act`."""
     square = x[0] * x[0] + x[1] * x[1] + x[2] * x[2]
     # 1 / (2 h_ij) by its series about D_0: no division, and right to 1e-6 for 6 % of compression
-    e = 1.0 - (D + D_j) * half_by_spacing
-    inverse = inverse_0 * (1.0 + e * (1.0 + e * (1.0 + e)))
+    e = 1.0 - (D + D_j) * c[HALF]
+    inverse = c[OF_KERNEL] * (1.0 + e * (1.0 + e * (1.0 + e)))
     G = w2_slope(ti.sqrt(square), inverse) * (D_j * D_j * D_j)
     along = v[0] * x[0] + v[1] * x[1] + v[2] * x[2]
-    mu = ti.min(along, 0.0) / (square + eps2)
+    mu = ti.min(along, 0.0) / (square + c[OF_MU])
     viscous = mu * (quadratic * mu - linear)
     f = -G * (p + p_j + viscous)
-    return f * x[0], f * x[1], f * x[2], -G * along, -G * (p_j - p + g[0] * x[0] + g[1] * x[1] + g[2] * x[2]), G * along * viscous, G
+    return f * x[0], f * x[1], f * x[2], -G * along, -G * (p_j - p + c[0] * x[0] + c[1] * x[1] + c[2] * x[2]), G * along * viscous, G
 
 
 @ti.func
 def _neighbours(
-    t: ti.template(), near: ti.template(), i, first, x, v, own, D, p, g, half_by_spacing, inverse_0, linear, quadratic, eps2, found, image,
-    sided: ti.template(), holed: ti.template(),
-):  # fmt: skip
-    """Sums of `_pair` over the list of particle i, at x with velocity v and side `own`: force (3), div, spread, power.
+    t: ti.template(), near: ti.template(), i, first, x, v, own, D, p, c, found, image, sided: ti.template(), holed: ti.template()
+):
+    """Sums of `_pair` over the list of particle i, at x with velocity v and side `own`: force (3), div, spread, power; c: see `_act`.
 
     sided: some of them, or i, may have a side (wetted.py). holed: x is an image of i in walls with holes, which is not whole near them. No
     branch otherwise, so that several neighbours are taken at once."""
@@ -143,10 +172,10 @@ def _neighbours(
         D_j = ti.abs(b[3])
         whole = D * 0.0 + 1.0
         if ti.static(holed):
-            for c in ti.static(range(MOST)):
-                if (image >> c) & 1:
-                    if t.walls.radius[found[c]] > 0.0:  # i as j, so that forces and rates stay each other's transpose
-                        shares = t.walls.share(found[c], t.p.x[i], RIM * t.p.spacing) * t.walls.share(found[c], t.p.x[j], RIM * t.p.spacing)
+            for k in ti.static(range(MOST)):
+                if (image >> k) & 1:
+                    if t.walls.radius[found[k]] > 0.0:  # i as j, so that forces and rates stay each other's transpose
+                        shares = t.walls.share(found[k], t.p.x[i], RIM * t.p.spacing) * t.walls.share(found[k], t.p.x[j], RIM * t.p.spacing)
                         whole *= ti.cast(shares, float)
         n, size = here, D * 0.0
         if ti.static(sided):
@@ -154,9 +183,18 @@ def _neighbours(
             n, size = ti.Vector([other[0], other[1], other[2]]), ti.select(b[3] < 0.0, other[3], 0.0)
             behind = ti.select(here.dot(n) < -0.5, 1.0, 0.0) * ti.select(y.dot(here - n) > 0.0, 1.0, 0.0) * ti.select(b[3] < 0.0, 1.0, 0.0)
             whole *= 1.0 - 0.5 * ti.cast(behind, float) * (cover + t.wet.cover[j])
-        one = _pair(y, w, D, p, D_j, b[7], g, half_by_spacing, inverse_0, linear, quadratic, eps2)
+        linear, quadratic, within = c[OF_ALPHA], c[OF_BETA], whole
+        if ti.static(t.mixes):
+            other = t.p.body[j]
+            alike = ti.select(other == t.p.body[i], 1.0, 0.0)
+            within = whole * ti.cast(alike, float)  # density diffuses in one fluid only
+            # viscous stress is one on both sides: the harmonic mean (Hu and Adams 2006)
+            there, too = ti.cast(t.p.constants[other][LINEAR], float), ti.cast(t.p.constants[other][QUADRATIC], float)
+            linear = ti.select(alike > 0.5, linear, 2.0 * linear * there / ti.max(linear + there, 1e-30))
+            quadratic = ti.select(alike > 0.5, quadratic, 2.0 * quadratic * too / ti.max(quadratic + too, 1e-30))
+        one = _pair(y, w, D, p, D_j, b[7], c, linear, quadratic)
         f0, f1, f2 = f0 + whole * one[0], f1 + whole * one[1], f2 + whole * one[2]
-        div, spread, power = div + whole * one[3], spread + whole * one[4], power + whole * one[5]
+        div, spread, power = div + whole * one[3], spread + within * one[4], power + whole * one[5]
         if ti.static(sided):
             mine, his = along(own, y), size * (y - y.dot(n) * n)
             more, G = p * mine + b[7] * his, whole * one[6]
@@ -169,14 +207,19 @@ def _neighbours(
 @ti.kernel
 def _act(
     t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32, gravity: VECTOR, origin: VECTOR, dt_before: float, dt: float,
-    stiffness: float, gamma: float, least: float, density: float, spacing: float, inverse_0: float, linear: float,
-    quadratic: float, eps2: float, diffusion: float,
+    alone: RECORD,
 ):  # fmt: skip
     for i in range(n):
         a = t.p.pair[i]
         x, v, D, p = ti.Vector([a[0], a[1], a[2]]), ti.Vector([a[4], a[5], a[6]]), ti.abs(a[3]), a[7]
+        k = t.constants_of(i, alone)
+        stiffness, gamma, least = ti.cast(k[STIFFNESS], float), ti.cast(k[GAMMA], float), ti.cast(k[LEAST], float)
+        density, spacing, inverse_0 = ti.cast(k[DENSITY], float), ti.cast(k[SPACING], float), ti.cast(k[INVERSE], float)
+        linear, quadratic, eps2 = ti.cast(k[LINEAR], float), ti.cast(k[QUADRATIC], float), ti.cast(k[EPS2], float)
+        diffusion = ti.cast(k[DIFFUSION], float)
         g = density * ti.cast(gravity, float)
-        half = 0.5 / spacing
+        # what a pair has to know of the fluid of i: rho_0 g, then HALF to OF_BETA
+        c = ti.Vector([g[0], g[1], g[2], 0.5 / spacing, inverse_0, eps2, linear, quadratic])
         first = i * width
         own = ti.Vector([D * 0.0, D * 0.0, D * 0.0, D * 0.0])
         amid = False
@@ -201,19 +244,13 @@ def _act(
             if ti.static(t.walls.holed):
                 if t.walls.pierced(found, image):
                     whole = False
-                    sums = _neighbours(
-                        t, near, i, first, y, w, side, D, p, g, half, inverse_0, linear, quadratic, eps2, found, image, t.wets, True
-                    )
+                    sums = _neighbours(t, near, i, first, y, w, side, D, p, c, found, image, t.wets, True)
             if whole:
                 if ti.static(t.wets):
                     if amid:
-                        sums = _neighbours(
-                            t, near, i, first, y, w, side, D, p, g, half, inverse_0, linear, quadratic, eps2, found, image, True, False
-                        )
+                        sums = _neighbours(t, near, i, first, y, w, side, D, p, c, found, image, True, False)
                 if not amid:
-                    sums = _neighbours(
-                        t, near, i, first, y, w, side, D, p, g, half, inverse_0, linear, quadratic, eps2, found, image, False, False
-                    )
+                    sums = _neighbours(t, near, i, first, y, w, side, D, p, c, found, image, False, False)
             force = ti.Vector([sums[0], sums[1], sums[2]])
             if ti.static(t.walls.n > 0):
                 force = t.walls.turned(found, image, force)

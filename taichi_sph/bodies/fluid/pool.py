@@ -8,17 +8,23 @@ from ...runtime import ti
 
 # D leaves D_0 by no more than this: beyond, water is a spray and its density no measure of distances
 NARROWEST, WIDEST = 0.90, 1.03
+# Columns of `constants`. Kernels read them in this order, by which the sums of `pairs._act` round: rho_0 c^2 [Pa]; gamma; least pressure
+# [Pa]; rho_0; D_0 and 1 / 2h_0 of the group; rho_0 alpha c h [Pa s]; rho_0 beta h^2 [kg/m]; eps^2 [m2] of the group; diffusion [1/Pa s];
+# c^2; own D_0 [m].
+STIFFNESS, GAMMA, LEAST, DENSITY, SPACING, INVERSE, LINEAR, QUADRATIC, EPS2, DIFFUSION, SOUND2, OWN, CONSTANTS = range(13)
 
 
 @ti.data_oriented
 class FluidParticles(Pool):
-    """n particles, all of the same spacing D_0 and mass."""
+    """n particles of one or several fluids. `of` (N,): number of each particle's fluid in the group, by number at the start."""
 
-    def __init__(self, name: str, x: np.ndarray, mass: float, spacing: float):
-        """x (N, 3) [m]; mass of one particle [kg]; spacing D_0 [m]."""
+    def __init__(self, name: str, x: np.ndarray, of: np.ndarray, masses: np.ndarray, spacing: float, constants: np.ndarray):
+        """x (N, 3) [m]; masses (B,) of one particle of each fluid [kg]; spacing D_0 [m]; constants (B, CONSTANTS)."""
         super().__init__(name)
-        self.n, self.spacing, self.one = len(x), spacing, mass
+        self.n, self.spacing, self.of, self.masses = len(x), spacing, of.astype(np.int32), masses
         n, new = self.n, self.field
+        self.constants = new("constants", len(masses), CONSTANTS, "f64", doc="of each fluid: STIFFNESS to OWN")
+        self.body = new("body", n, dtype="i32", keeps=True, doc="number of its fluid in the group")
         # f64 always, or a step would be lost in its rounding
         self.x = new("x", n, 3, "f64", unit="m", keeps=True, doc="place")
         self.v = new("v", n, 3, unit="m/s", keeps=True, doc="velocity at the half step before")
@@ -39,9 +45,21 @@ class FluidParticles(Pool):
         self.ahead = new("ahead", n, dtype="f64", unit="J", keeps=True, doc="what walls do on the way to n + 1")
         self.kinetic = new("kinetic", n, unit="J", keeps=True, doc="of the last step")
         self.scratch = new("scratch", n, 16, "f64", doc="while the particles change their order")
+        runtime.put(self.constants, constants)
+        self.place(x)
+
+    @property
+    def one(self) -> float:
+        """Mass of one particle [kg], where all are of one fluid."""
+        (mass,) = self.masses
+        return float(mass)
+
+    def place(self, x: np.ndarray) -> None:
+        """The particles in the order of their numbers, at x (N, 3) [m]."""
         runtime.put(self.x, x)
-        runtime.put(self.mass, np.full(n, mass))
-        runtime.put(self.id, np.arange(n, dtype=np.int32))
+        runtime.put(self.mass, self.masses[self.of])
+        runtime.put(self.id, np.arange(self.n, dtype=np.int32))
+        runtime.put(self.body, self.of)
 
     def reorder(self, source) -> None:
         """Move the particles: the one at place k comes from source[k]."""
@@ -62,6 +80,7 @@ def _reorder(f: ti.template(), source: ti.template(), n: ti.i32):
         f.scratch[k][10] = f.id[i]
         f.scratch[k][11] = f.mass[i]
         f.scratch[k][12] = f.kinetic[i]
+        f.scratch[k][13] = f.body[i]
     for k in range(n):
         for c in ti.static(range(3)):
             f.x[k][c] = f.scratch[k][c]
@@ -73,3 +92,4 @@ def _reorder(f: ti.template(), source: ti.template(), n: ti.i32):
         f.id[k] = ti.cast(f.scratch[k][10], ti.i32)
         f.mass[k] = ti.cast(f.scratch[k][11], float)
         f.kinetic[k] = ti.cast(f.scratch[k][12], float)
+        f.body[k] = ti.cast(f.scratch[k][13], ti.i32)

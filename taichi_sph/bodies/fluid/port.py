@@ -23,7 +23,7 @@ class FluidSurface(Surface):
         self.bodies, self.n = group.bodies, self.p.n
         self.length = self.p.spacing
         self.bounce = [None] * len(self.bodies)
-        said = group.body.fluid.contact
+        said = group.contact
         radii = (PINBALL, PINBALL) if said is None else (0.5, CONTACT[said])
         body = np.repeat(np.arange(len(self.bodies)), [span.n for span in self.bodies])
         self.balls = Balls(np.arange(self.n), body, np.tile(np.array(radii) * self.p.spacing, (self.n, 1)))
@@ -58,7 +58,8 @@ def _look(port: ti.template(), p: ti.template(), n: ti.i32, bodies: ti.i32, body
         port.speed[b] = 0.0
     for j in range(n):
         p.push[j] *= 0.0
-        speed, b = ti.cast(p.v[j].norm(), ti.f64), port.ball_body[ball + j]
+        speed, b = ti.cast(p.v[j].norm(), ti.f64), body + p.body[j]
+        port.ball_body[ball + j] = b  # a place in the pool is not always of the same fluid
         if speed > port.speed[b]:
             ti.atomic_max(port.speed[b], speed)
         if places == 1:

@@ -87,7 +87,7 @@ class Wetted(Pool):
         self.start_back = new("start_back", n + 1, dtype="i32", doc="the particles of point k are particle[start_back[k]] on")
         self.skin = SKIN * self.p.spacing
         # 1.03: a particle's own support grows with its D (bodies.fluid.pool.WIDEST)
-        self.reach = 1.03 * 2.0 * fluid.water.support * self.p.spacing + max(halves, default=0.0) + self.skin
+        self.reach = 1.03 * 2.0 * fluid.support * self.p.spacing + max(halves, default=0.0) + self.skin
         self._lay(0.0)
         self.grid = CellGrid(f"{name}.grid", self.built, n, self.reach)
         self.room = 0
