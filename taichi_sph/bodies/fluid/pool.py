@@ -16,7 +16,6 @@ NARROWEST, WIDEST = 0.90, 1.03
 STIFFNESS, GAMMA, LEAST, DENSITY, SPACING, INVERSE, LINEAR, QUADRATIC, EPS2, DIFFUSION, SOUND2, OWN, CONSTANTS = range(13)
 
 
-@ti.data_oriented
 class FluidParticles(Pool):
     """n particles of one or several fluids. `of` (N,): number of each particle's fluid in the group, by number at the start."""
 

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 
 from ...errors import SceneError, nearest
 from ...scene import Scene
+from ...scene.check import shortened
 from ..folder import RunFolder
 from . import cracks, fluid, fragments, leak, perforation, plates, waves
 
@@ -108,7 +109,10 @@ def check_quantities(scene: Scene) -> None:
     """Refuses quantities that no measure gives, with a unit or options that it does not have, of a body that is not there
     or is not said."""
     for quantity in scene.quantities:
-        function, unit = _accepted(quantity.name, quantity.options)
+        try:
+            function, unit = _accepted(quantity.name, quantity.options)
+        except SceneError as error:
+            raise SceneError(shortened(str(error))) from None
         for option in {"body", "fluid", "striker"} & set(inspect.signature(function).parameters):
             names, chosen = _whose(scene, quantity.name, option)
             given = quantity.options.get(option)
