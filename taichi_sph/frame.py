@@ -1,4 +1,4 @@
-"""A picture of the run at one instant, as plain NumPy arrays: what the solver hands to the output.
+"""What a run shows at one instant, as plain NumPy arrays: the world hands frames to the output.
 
 Nothing here knows Taichi, VTK or files.
 """
@@ -41,7 +41,7 @@ class BodyFrame:
     @property
     def form(self) -> Form:
         """What a body is made of, whatever its kind: cells of a surface; balls with a "radius"; particles with a "diameter"; points."""
-        if len(self.cells):
+        if len(self.cells) or self.cell_data:  # a section may leave it no cell
             return "surface"
         return "balls" if "radius" in self.point_data else "particles" if "diameter" in self.point_data else "points"
 

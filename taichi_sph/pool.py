@@ -35,10 +35,12 @@ class Pool:
     """
 
     kept: tuple[str, ...] = ()
+    # kernels take pools as templates; Taichi's decorator would say so too, and make every look at an attribute a search for kernels
+    _data_oriented = True
 
     def __init__(self, name: str):
         self.name = name
-        self.entries: dict[str, Entry] = {}
+        self.fields: dict[str, Entry] = {}
 
     def field(
         self,
@@ -57,25 +59,25 @@ class Pool:
 
         grows: it may be asked for again, longer; the old one is lost.
         """
-        if name in self.entries and not grows:
+        if name in self.fields and not grows:
             raise ValueError(f"pool '{self.name}' has a field '{name}' already")
-        made = runtime.new(f"{self.name}.{name}", n, vector, dtype, again=name in self.entries)
-        self.entries[name] = Entry(made, n, unit, doc, keeps, shown)
+        made = runtime.new(f"{self.name}.{name}", n, vector, dtype, again=name in self.fields)
+        self.fields[name] = Entry(made, n, unit, doc, keeps, shown)
         return made
 
     def state(self) -> dict[str, np.ndarray]:
         """All that is history, by full name."""
-        found = {f"{self.name}.{k}": runtime.get(e.field, e.n) for k, e in self.entries.items() if e.keeps}
+        found = {f"{self.name}.{k}": runtime.get(e.field, e.n) for k, e in self.fields.items() if e.keeps}
         return found | {f"{self.name}.{k}": np.array(getattr(self, k)) for k in self.kept}
 
     def shapes(self) -> dict[str, tuple[int, ...]]:
         """Shape of each entry of `state`, without reading the device."""
-        found = {f"{self.name}.{k}": (e.n, *_components(e.field)) for k, e in self.entries.items() if e.keeps}
+        found = {f"{self.name}.{k}": (e.n, *_components(e.field)) for k, e in self.fields.items() if e.keeps}
         return found | {f"{self.name}.{k}": np.shape(getattr(self, k)) for k in self.kept}
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Continue exactly from `state()`; `check` has seen that all is there."""
-        for k, e in self.entries.items():
+        for k, e in self.fields.items():
             if e.keeps:
                 runtime.put(e.field, np.asarray(state[f"{self.name}.{k}"]))
         for k in self.kept:
@@ -87,7 +89,7 @@ class Pool:
 
     def shows(self) -> dict[str, np.ndarray]:
         """What frames show of it, by the name there; floats as f64."""
-        found = {e.shown: runtime.get(e.field, e.n) for e in self.entries.values() if e.shown}
+        found = {e.shown: runtime.get(e.field, e.n) for e in self.fields.values() if e.shown}
         return {k: v.astype(np.float64) if v.dtype.kind == "f" else v for k, v in found.items()}
 
 

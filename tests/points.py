@@ -1,5 +1,7 @@
 """Stress points of a metal without a shell around them, driven through paths of strain."""
 
+import itertools
+
 import numpy as np
 
 from taichi_sph import runtime
@@ -9,6 +11,7 @@ from taichi_sph.pool import Pool
 from taichi_sph.runtime import ti
 from taichi_sph.scene import Material
 
+NUMBER = itertools.count()
 THICKNESS = 2e-3
 YOUNG, NU = 210e9, 0.3
 G = YOUNG / (2 * (1 + NU))
@@ -23,9 +26,10 @@ class Points(Pool):
     """What bodies/shell_sph/metal.py needs of the cells; n independent points of unit area."""
 
     def __init__(self, n: int, material: Material, bends: bool = True):
-        super().__init__("points")
+        name = f"points_{next(NUMBER)}"  # several may live in one run
+        super().__init__(name)
         self.n = n
-        self.material = MaterialPool([Section(material, THICKNESS)], bends)
+        self.material = MaterialPool([Section(material, THICKNESS)], bends, f"{name}.material")
         size = 8 if bends else 3
         self.spares = self.several = False
         self.strain = self.field("strain", n, size, keeps=True)

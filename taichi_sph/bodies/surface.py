@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from .body import Group, Now, Span
+from .body import Now, Span
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Surface:
     balls and discs: the elements. Discs have a thin ball each as well, of half the thickness, where two shells can meet.
     """
 
-    group: Group
+    group: Any  # of the kind that derives
     bodies: Sequence[Span] = ()
     n = 0
     turns = False

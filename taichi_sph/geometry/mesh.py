@@ -1,7 +1,7 @@
 """The mid-surface as nodes and cells, and what follows from it: areas, edges, tangent frames. NumPy only.
 
-Nodes carry mass and motion; cells (Delaunay triangles or quadrangles) carry the stress points; the
-edges of the cells carry the mean values from which cell gradients are made (docs/method.md).
+Nodes carry mass and motion. Cells (Delaunay triangles or quadrangles) carry the stress points. The edges of the cells carry the mean
+values from which the gradients of the cells are made (docs/method.md).
 """
 
 from __future__ import annotations

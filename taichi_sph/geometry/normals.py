@@ -13,10 +13,10 @@ def fitted_normals(mesh: SurfaceMesh) -> np.ndarray:
     """(N, 3) unit normals from heights over the tangent plane, fitted by least squares with a x + b y + c x2 + d xy
     + e y2 over two rings of neighbours, twice: the second time over the plane that the first one found.
 
-    On a sphere or a cylinder the error is O(D^3), an area-weighted mean's O(D^2), and O(D) on a border. Cells beyond
-    a sharp edge are left out; a node on such an edge gets the mean of the normals around it, weighted by the angle
-    that each cell takes up there (halfway between wall and end disc, whatever their cells), as does one with too few
-    neighbours for the fit.
+    On a sphere or a cylinder the error is O(D^3), and O(D) on a border; that of an area-weighted mean is O(D^2). Cells beyond a sharp edge
+    are left out of the fit. A node on such an edge gets the mean of the normals around it, weighted by the angle that each cell takes up
+    at the node: the normal lies halfway between wall and end disc, whatever their cells. A node with too few neighbours for the fit gets
+    the same mean.
     """
     from scipy.sparse import csr_array
 

@@ -1,7 +1,7 @@
 """A round patch of quadrangles without slivers: a rounded square in the middle, rings around it. NumPy only.
 
-The rim has any multiple of four nodes, evenly spaced, so that the patch closes a cylinder of as many columns. The
-same net serves a flat disc and a spherical cap: it is laid out in arc length from the pole and then bent.
+The rim has any multiple of four nodes, evenly spaced, so the patch closes a cylinder of as many columns. The net is laid out in arc length
+from the pole and then bent, so it serves a flat disc and a spherical cap.
 """
 
 from __future__ import annotations

@@ -15,7 +15,8 @@ def inside(region: Region, points: np.ndarray) -> np.ndarray:
 
 def _inside(region: Box | Ball, points: np.ndarray, slack: float) -> np.ndarray:
     if isinstance(region, Ball):
-        return np.linalg.norm(points - np.asarray(region.centre), axis=1) <= region.radius + slack
+        with np.errstate(over="ignore"):  # of a centre beyond all measure
+            return np.linalg.norm(points - np.asarray(region.centre), axis=1) <= region.radius + slack
     caught = np.ones(len(points), bool)
     for axis in range(3):
         lo, hi = region.lo[axis], region.hi[axis]

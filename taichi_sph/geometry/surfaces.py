@@ -1,9 +1,9 @@
 """Meshes of the surfaces that a scene names by their dimensions, with exact normals. NumPy only.
 
-A surface is one patch or several (wall and two ends, six walls of a box). A patch is a net of quadrangles in a plane chart and the map
-that bends it into space; nodes are moved at random, and triangulated anew, in the chart, so they stay in the
-surface. Charts keep angles (unrolled wall, stereographic cap): Delaunay's triangles in them are those of the surface. Holes are cut into
-the finished patch (holes.py).
+A surface is one patch or several (wall and two ends, six walls of a box). A patch is a net of quadrangles in a plane chart, and the map
+that bends the chart into space. Nodes are moved at random, and triangulated anew, in the chart, so they stay in the surface. Charts
+keep angles (unrolled wall, stereographic cap), so Delaunay's triangles in a chart are those of the surface. Holes are cut into the
+finished patch (holes.py).
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ def _along(axis: str, origin: tuple[float, float, float]) -> Place:
     return lambda points, normals: (points[:, turn] + np.asarray(origin), normals[:, turn])
 
 
-def _stood(frame: np.ndarray, origin: tuple[float, float, float]) -> Place:
+def _stood(frame: np.ndarray, origin: Sequence[float] | np.ndarray) -> Place:
     """From x, y, z along the rows of a frame to the scene."""
     return lambda points, normals: (points @ frame + np.asarray(origin), normals @ frame)
 
@@ -340,7 +340,7 @@ def _box(surface: BoxTank, d: float, finish: Finish) -> SurfaceMesh:
         frame[2, across] = 1.0 if outward else -1.0
         corner = np.zeros(3)
         corner[across] = surface.size[across] if outward else 0.0
-        stood = _then(_stood(frame, tuple(corner)), _along("z", surface.origin))
+        stood = _then(_stood(frame, corner), _along("z", surface.origin))
         parts.append(_put(finish(_flat(surface.size[one], lines[two], len(lines[one]) - 1), stood), stood))
     return _welded(parts)
 
@@ -489,7 +489,8 @@ def _shaken(patch: Patch, irregularity: float, rng: np.random.Generator) -> np.n
     cell would lose its convexity."""
     kinds = [cells for cells in (patch.quads, patch.triangles) if len(cells)]
     sides = [_sides(patch.chart, cells, patch.period) for cells in kinds]
-    n, whole, count = len(patch.chart), 0.0, 0
+    n = len(patch.chart)
+    whole, count = np.zeros(n), np.zeros(n, int)
     for cells, side in zip(kinds, sides):
         square = 0.5 * _cross(side[:, 0] + side[:, 1], side[:, 1] + side[:, 2]) if cells.shape[1] == 4 else _cross(side[:, 0], side[:, 1])
         node = cells.ravel()
@@ -588,9 +589,9 @@ def count(surface: Generated, numerics: Numerics) -> int:
         case Cylinder() if surface.ends == "open" and not surface.whole:
             nodes = (along(surface.radius * surface.angle) + 1) * (along(surface.length) + 1)
         case Frustum() | Sphere() | BoxTank():
-            nodes = surface.gross / d**2
+            nodes = surface.gross / d / d
         case CappedTank() if surface.cap not in ("flat", "dome"):
-            nodes = surface.gross / d**2
+            nodes = surface.gross / d / d
         case Cylinder() | CappedTank():
             rim = _rim(surface.radius, d) if 2 * math.pi * surface.radius / d < COUNTED else COUNTED
             nodes = rim * (along(surface.length) + 1)

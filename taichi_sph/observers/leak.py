@@ -1,11 +1,12 @@
-"""Which water has left a tank: seen at the samples of the histories, by the nearest node of the shell.
+"""Which particles of a fluid have left a tank. The gauge looks at the samples of the histories.
 
-The director of a node points out of a closed shell. A particle has left its tank once it lies on that side of the nearest node, by more
-than half the thickness, twice: of the nodes as they lie now, and of the nodes as they lay at the start. So a bulge of the wall deceives
-nobody, nor does a lip that is bent inwards. Such a particle counts as escaped for good.
+The directors of a closed shell point outwards. A particle is outside when it passes two tests. It lies beyond the nearest node of the tank
+as it is now: on the side of the node's director, by more than half the thickness. And it lies beyond the nearest node of the tank as it
+was at t = 0, in the same sense. The first test alone would be deceived by a lip bent inwards, the second alone by a bulge of the wall.
+A particle that is outside once counts as escaped for good.
 
-Only the largest piece that live cells hold together counts as the tank: a plug that a striker pushes through the water tells nothing. A
-particle far inside cannot have left since the last look, so that only those are asked again that may have come to a wall.
+The tank is the largest piece that live cells hold together: the plug that a striker pushes through the water is no wall. A look asks only
+those particles that may have come to a wall since they were last asked.
 """
 
 from __future__ import annotations
@@ -152,12 +153,9 @@ class LeakGauge(Pool):
 
 def gauges(scene: Scene, groups: Sequence[Any]) -> list[LeakGauge]:
     """One for each fluid that fills a shell; where there are several their histories are called by the fluids."""
-    filled = [fluid for fluid in scene.fluids if getattr(fluid.fill, "shell", None) is not None]
+    filled = [(fluid, tank) for fluid in scene.fluids if (tank := getattr(fluid.fill, "shell", None)) is not None]
 
     def holds(name: str) -> Any:
         return next(group for group in groups if name in [body.name for body in group.bodies])
 
-    return [
-        LeakGauge("leak" if len(filled) == 1 else f"leak_{f.name}", holds(f.fill.shell), f.fill.shell, holds(f.name), f.name)
-        for f in filled
-    ]
+    return [LeakGauge("leak" if len(filled) == 1 else f"leak_{f.name}", holds(tank), tank, holds(f.name), f.name) for f, tank in filled]

@@ -150,6 +150,9 @@ def _body(run: RunFolder, shell: Shell, named: bool) -> str:
     through = len(cracks.through_cracks(p))
     if through > 1 or (through and not p.crack.any()):
         parts.append(f"{count(through)} {'cracks go' if through > 1 else 'crack goes'} through")
+    pieces = int(np.count_nonzero(fragments.fragments(body, run.scene).nodes >= 2))
+    if pieces > 1:
+        parts.append(f"it is in {count(pieces)} pieces")
     sentences = ". ".join(part[0].upper() + part[1:] for part in parts)
     return f"{head}: yes, {broken} of {len(body.cells)} stress points broke. {sentences}."
 
@@ -166,7 +169,7 @@ def _rupture(run: RunFolder, shell: Shell) -> tuple[str, bool]:
             if key in body.cell_data
         )
         return f"{the} did not rupture; the largest {worst}.", False
-    f = fragments.fragments(body)
+    f = fragments.fragments(body, run.scene)
     found = fragments.holes(f)
     lengths = fragments.crack_lengths(body)
     parts = []
@@ -179,7 +182,16 @@ def _rupture(run: RunFolder, shell: Shell) -> tuple[str, bool]:
         parts.append(f"{count(torn)} petals")
     elif len(lengths) and lengths[0] > 3 * math.pi * max(wide, fragments.node_spacing(body.reference, body.cells)):
         parts.append(f"a crack {quantity_text(float(lengths[0]), 'm')} long, open by {quantity_text(fragments.widest(body), 'm')}")
-    sentences = [f"{the} ruptured at {quantity_text(when, 's')}" + (f": {', '.join(parts)}" if parts else "")]
+    if not f.held.any():
+        whole = int(np.count_nonzero(f.nodes >= 2))
+        mass = quantity_text(fragments.mass_per_area(shell) * float(f.area[0]), "kg")
+        return f"{the} ruptured at {quantity_text(when, 's')} and fell into {count(whole)} pieces, the largest of {mass}.", True
+    if not parts:  # too short for a crack, too small for a hole without a node
+        broke = fragments.ruptured(body)
+        gap = math.sqrt(4 / math.pi * float(fragments.cell_areas(body.reference, body.cells)[broke].sum()))
+        cells = int(np.count_nonzero(broke))
+        parts.append(f"a hole of {quantity_text(gap, 'm')} ({count(cells)} stress point{'' if cells == 1 else 's'} wide)")
+    sentences = [f"{the} ruptured at {quantity_text(when, 's')}: {', '.join(parts)}"]
     if len(f.free):
         areal = fragments.mass_per_area(shell)
         plug = f.free[0]
@@ -207,7 +219,7 @@ def _strikers(run: RunFolder) -> list[str]:
         the = (
             "The striker"
             if sum(1 for n in names if perforation.start_speed(run.history(perforation.PREFIX + n)) > 0) == 1
-            else f"The {name}"
+            else f"The {name.replace('_', ' ')}"
         )
         found.append(
             f"{the} {'bounces back' if turned else 'ends'} at {quantity_text(float(v[-1]), 'm/s')} after "

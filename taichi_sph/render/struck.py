@@ -63,6 +63,7 @@ class Looks:
     shell: Look
     pressure: Look
     speed: Look
+    density: Look  # tells fluids apart
 
 
 def looks_of(runs: Sequence[RunFolder]) -> Looks:
@@ -90,7 +91,13 @@ def looks_of(runs: Sequence[RunFolder]) -> Looks:
         shell,
         Look("pressure", f"pressure of fluid [{unit}]", PRESSURE, 0.0, top, 1.0, factor),
         Look("speed", "speed of fluid [m/s]", SPRAY, 0.0, _round_up(max(max(speed), 1e-6)), 1.0),
+        Look("density", "density of fluid [kg/m3]", SPRAY, min(densities(runs), default=0.0), max(densities(runs), default=1.0), 1.0),
     )
+
+
+def densities(runs: Sequence[RunFolder]) -> set[float]:
+    """At rest [kg/m3], of all fluids."""
+    return {fluid.water.density for run in runs for fluid in run.scene.fluids}
 
 
 # --- where to look from -------------------------------------------------------------------------
@@ -227,30 +234,24 @@ def shown_points(run: RunFolder, instants: Sequence[int]) -> np.ndarray:
     return np.concatenate(found)
 
 
-def close_up(run: RunFolder, turn: np.ndarray, side: float) -> View | None:
-    """Around the broken cells of one side (`side` -1: struck, +1: behind), where they take a small part of a shell."""
-    s = sides(run)
-    for file in run.of_kind("shell"):
-        body = file.body(-1)
-        broke = ruptured(body)
-        if not broke.any():
-            continue
-        centres = cell_centres(body.reference, body.cells)
-        depth = np.ptp(body.reference @ s.direction)
-        deep = depth > 0.2 * np.ptp(body.reference, axis=0).max()
-        mine = broke & ((centres - middle(run)) @ s.direction * side > 0) if deep else broke
-        if not mine.any():
-            continue
-        place = centres[mine].mean(axis=0)
-        reach = CLOSE * max(
-            float(np.percentile(np.linalg.norm(centres[mine] - place, axis=1), 97)), 5 * node_spacing(body.reference, body.cells)
-        )
-        if 2 * reach > NEAR_ENOUGH * np.ptp(body.reference, axis=0).max():
-            return None
-        held = ~fragments(body).gone & (np.linalg.norm(body.reference - place, axis=1) <= reach)
-        around = body.points[held] if held.any() else body.reference[np.linalg.norm(body.reference - place, axis=1) <= reach]
-        return window(around, turn, 0.06)
-    return None
+def close_up(run: RunFolder, shell: str, turn: np.ndarray, side: float) -> View | None:
+    """Around the broken cells of one side of a shell (`side` -1: struck, +1: behind), where they take a small part of it."""
+    direction, body = sides(run).direction, run.frames(shell).body(-1)
+    broke = ruptured(body)
+    centres, size = cell_centres(body.reference, body.cells), np.ptp(body.reference, axis=0).max()
+    if np.ptp(body.reference @ direction) > 0.2 * size:  # deep: a tank has two sides
+        broke &= (centres - middles(run)[shell]) @ direction * side > 0
+    if not broke.any():
+        return None
+    place = centres[broke].mean(axis=0)
+    reach = CLOSE * max(
+        float(np.percentile(np.linalg.norm(centres[broke] - place, axis=1), 97)), 5 * node_spacing(body.reference, body.cells)
+    )
+    if 2 * reach > NEAR_ENOUGH * size:
+        return None
+    near = np.linalg.norm(body.reference - place, axis=1) <= reach
+    held = ~fragments(body).gone & near
+    return window(body.points[held] if held.any() else body.reference[near], turn, 0.06)
 
 
 # --- the pages ------------------------------------------------------------------------------------
@@ -292,8 +293,8 @@ def _most(body: BodyFrame, turn: np.ndarray) -> np.ndarray:
 
 
 def free_strip(run: RunFolder, looks: Looks, field: str, backend: Backend, instants: Sequence[int], subtitle: str, dpi: int) -> Figure:
-    """All bodies at some instants where no shell is struck or leaks, fluids coloured by "pressure" or "speed"."""
-    look = looks.pressure if field == "pressure" else looks.speed
+    """All bodies at some instants where no shell is struck or leaks, fluids coloured by "pressure", "density" or "speed"."""
+    look = {"pressure": looks.pressure, "density": looks.density}.get(field, looks.speed)
     turn = _side_view(run)
     everything = [b for i in range(0, len(run.frames().times), max(1, len(run.frames().times) // 12)) for b in bodies_at(run, i)]
     points = [_most(b, turn) if b.form == "particles" else b.points for b in everything]
@@ -335,14 +336,14 @@ def final_page(run: RunFolder, looks: Looks, backend: Backend, subtitle: str, in
     """The end: overviews from both sides and cut open, then close-ups around what broke."""
     names = ("front", "section", "dry", "back") if run.of_kind("fluid") else ("front", "section", "back")
     rows = [shots_at(run, index, looks, views_of(run, [index]), names)]
-    s, bodies = sides(run), dry(bodies_at(run, index))
-    close = []
-    for turn, side, name in ((s.front, -1.0, "struck side, close"), (s.back, 1.0, "rear side, close")):
-        view = close_up(run, turn, side)
-        if view is not None:
-            close.append(Shot(bodies, view, name, looks.shell))
-    if close:
-        rows.append(close)
+    s, shells, close = sides(run), [file.name for file in run.of_kind("shell")], []
+    for shell in shells:
+        whose = f"{shell}, " if len(shells) > 1 else ""
+        for turn, side, name in ((s.front, -1.0, "struck side, close"), (s.back, 1.0, "rear side, close")):
+            view = close_up(run, shell, turn, side)
+            if view is not None:
+                close.append(Shot([run.frames(shell).body(index)], view, whose + name, looks.shell))
+    rows += [close[k : k + 2] for k in range(0, len(close), 2)]
     return sheet(rows, run.scene.title, subtitle, backend, dpi)
 
 

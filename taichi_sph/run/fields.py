@@ -40,7 +40,7 @@ def rows(pools: Iterable[Pool]) -> list[Row]:
             entry.shown,
         )
         for pool in pools
-        for name, entry in pool.entries.items()
+        for name, entry in pool.fields.items()
     ]
 
 

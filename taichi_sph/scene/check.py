@@ -54,7 +54,12 @@ def sentence(error: ValidationError, model: type | None = None) -> str:
     if others:
         more, keys = len(others), list(others)[:3]
         text += f" ({more} more error{'s' if more > 1 else ''}, in {', '.join(keys)}{', ...' if more > 3 else ''})"
-    return text
+    return shortened(text)
+
+
+def shortened(text: str) -> str:
+    """A sentence without names of thousands of letters."""
+    return re.sub(r"'[^']{120,}'|[^\s']{120,}", lambda long: long[0][:60] + "..." + long[0][-1], text)
 
 
 def checked(model: type[T], build: Callable[[], T], prefix: str = "") -> T:

@@ -10,6 +10,7 @@ import math
 import unicodedata
 from typing import TYPE_CHECKING
 
+from .surfaces import Shaped
 from .units import show
 
 if TYPE_CHECKING:
@@ -147,12 +148,7 @@ def _size(s: Scene) -> None:
         waves = math.sqrt(shell.material.young / shell.material.density) / spacing
         if waves > beat:
             beat, coarsest = waves, spacing
-        if surface.kind in ("mesh", "net"):
-            continue
-        if spacing > surface.smallest * (1 + 1e-9):
-            why = f"is {show(surface.smallest, 'm')} wide" if surface.kind == "plate" else f"takes at most {show(surface.smallest, 'm')}"
-            raise ValueError(f"numerics.spacing {show(spacing, 'm')} is larger than the body: {surface.kind} '{shell.name}' {why}")
-        nodes += surface.area / spacing / spacing
+        nodes += surface.area / spacing / spacing if isinstance(surface, Shaped) else 0.0
     if nodes > MAX_NODES:
         raise ValueError(f"numerics.spacing {show(coarsest, 'm')} gives {nodes:.2g} nodes; at most {MAX_NODES / 1e6:g} million are allowed")
     if s.increments is not None:

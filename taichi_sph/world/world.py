@@ -13,10 +13,9 @@ from .. import runtime
 from ..bodies import kinds as body_kinds
 from ..bodies.body import Now, common_schedule
 from ..couplings import kinds as coupling_kinds
-from ..errors import SceneError
 from ..frame import Frame
 from ..observers.leak import UNITS, gauges
-from ..pool import Pool, check, restore_all, state_of
+from ..pool import Pool, restore_all, state_of
 from ..scene import Scene
 from . import watchdog
 from .instead.limit import LimitSearch
@@ -26,22 +25,34 @@ from .ledger import balance, summed
 from .step import step
 
 
+class Clock(Pool):
+    """time [s], step; dt, dt_before: the step to come and the one before [s]; injected: energy at t = 0 [J].
+
+    refit: dt is too long now, and changes when all groups are due.
+    """
+
+    kept = ("time", "step", "dt", "dt_before", "refit", "injected")
+
+    def __init__(self) -> None:
+        super().__init__("clock")
+        self.time, self.step, self.dt, self.dt_before = 0.0, 0, 0.0, 0.0
+        self.refit, self.injected = False, 0.0
+
+
 class World:
     """Starts Taichi, builds the scene, and advances it.
 
-    time [s], step, dt [s] and `dt_rule` (what sets it); groups and couplings; bytes of fields, compile_seconds until the first step
-    could run.
+    time [s], step, dt [s] of its clock, and `dt_rule` (what sets dt); groups and couplings; bytes of fields, compile_seconds until the
+    first step could run.
     """
 
     def __init__(self, scene: Scene, arch: str = "cpu", threads: int | None = None):
         began = clock.perf_counter()
         runtime.start(arch, scene.numerics.precision, threads)
         self.scene = scene
-        self.time, self.step, self.dt, self._dt_before = 0.0, 0, 0.0, 0.0
-        self.injected = 0.0  # J, at t = 0
+        self.clock = Clock()
         self.relaxation: Any = None  # of world.instead: what is done in place of motion
         self.stepping = 0.0  # s of wall clock in steps
-        self.refit = False  # dt is too long now; it changes when all groups are due
         self.groups: list[Any] = []
         for kind in body_kinds():
             self.groups += kind.make(scene, self.groups)
@@ -52,7 +63,6 @@ class World:
         for one in (*self.groups, *self.couplings):
             one.start()
         self._fit_dt()
-        self._dt_before = 0.0  # v_0 is given at t = 0: the first kick is half a step
         if scene.static is not None:
             self.relaxation = Statics(self, [group for group in self.groups if group.kind == "shell"], scene.static)
         elif scene.modes is not None:
@@ -65,6 +75,30 @@ class World:
             group.strain(Now())  # so that the first step finds its kernels ready
         runtime.ti.sync()
         self.compile_seconds = clock.perf_counter() - began
+
+    @property
+    def time(self) -> float:
+        return self.clock.time
+
+    @time.setter
+    def time(self, value: float) -> None:
+        self.clock.time = value
+
+    @property
+    def step(self) -> int:
+        return self.clock.step
+
+    @step.setter
+    def step(self, value: int) -> None:
+        self.clock.step = value
+
+    @property
+    def dt(self) -> float:
+        return self.clock.dt
+
+    @dt.setter
+    def dt(self, value: float) -> None:
+        self.clock.dt = value
 
     def _only(self, kind: str) -> Any:
         """The group of that kind; None where there is none."""
@@ -109,7 +143,7 @@ class World:
         left = self.scene.duration - self.time
         longest = min(self._steps().values())
         self.dt = left / self._whole(max(1, math.ceil(left / longest * (1 - 1e-12)))) if left > 0 else longest
-        self.refit = False
+        self.clock.refit = False
 
     def _whole(self, steps: int) -> int:
         """So many steps, or a few more: all groups are due after them."""
@@ -171,18 +205,18 @@ class World:
             return
         began = clock.perf_counter()
         for _ in range(steps):
-            self.take(self._dt_before, self.dt)
+            self.take(self.clock.dt_before, self.dt)
             if self.step == 0:
                 # the kinetic energy that the scheme conserves, 1/2 m v_-1/2 . v_+1/2: for a step load it starts
                 # below 1/2 m v_0^2 by 1/8 m (dt a_0)^2 and stays there
                 kinetic = sum(group.entries().kinetic for group in self.groups)
-                self.injected = kinetic + sum(one.given() for one in (*self.groups, *self.couplings))
-            self._dt_before = self.dt
+                self.clock.injected = kinetic + sum(one.given() for one in (*self.groups, *self.couplings))
+            self.clock.dt_before = self.dt
             self.time += self.dt
             self.step += 1
             now = Now(self.time, self.step, self.dt, self.dt)
-            self.refit |= any([group.hastens(now) for group in self.groups])
-            if self.refit and self.step % self.every == 0:
+            self.clock.refit |= any([group.hastens(now) for group in self.groups])
+            if self.clock.refit and self.step % self.every == 0:
                 self._fit_dt()
         self.stepping += clock.perf_counter() - began
         self.look()
@@ -204,7 +238,7 @@ class World:
         if self.relaxation is not None:  # nothing moves; the loads do their work from increment to increment
             found.kinetic = 0.0
             found.external = self.relaxation.work + sum(group.pressed() for group in self.groups if hasattr(group, "pressed"))
-        return {"time": self.time - self._dt_before, **balance(found, self.injected)}
+        return {"time": self.time - self.clock.dt_before, **balance(found, self.clock.injected)}
 
     def status(self) -> dict[str, int]:
         """Small numbers for the progress line."""
@@ -259,42 +293,16 @@ class World:
     @property
     def pools(self) -> list[Pool]:
         """All that has fields or history."""
-        found = [*(pool for part in (*self.groups, *self.couplings) for pool in part.pools()), *self.leaks]
-        return found if self.relaxation is None else [*found, *self.relaxation.pools()]
-
-    @property
-    def _keepers(self) -> list:
-        """All that keeps history in its own way, without pools."""
-        return [part for part in (*self.groups, *self.couplings) if hasattr(part, "state")]
+        parts = [*self.groups, *self.couplings, *([self.relaxation] if self.relaxation is not None else [])]
+        return [self.clock, *(pool for part in parts for pool in part.pools()), *self.leaks]
 
     # last parts of names in `state`: what may be no finite number, for it has not happened yet
-    unset = frozenset({"rupture_time", "numbers", "measured"})
-
-    def _own_state(self) -> dict[str, np.ndarray]:
-        return {
-            "time": np.array([self.time, self.dt, self._dt_before, self.injected, self.refit]),
-            "step": np.array(self.step),
-            **{name: value for part in self._keepers for name, value in part.state().items()},
-        }
+    unset = frozenset({"rupture_time", "measured"})
 
     def state(self) -> dict[str, np.ndarray]:
         """All that is history, for a checkpoint."""
-        return self._own_state() | state_of(self.pools)
+        return state_of(self.pools)
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
-        """Continue exactly from `state()`."""
-        check(self.pools, state)
-        for name, value in self._own_state().items():
-            if name not in state:
-                raise SceneError(f"checkpoint: '{name}' is missing; it was written by another version or scene")
-            if np.shape(state[name]) != value.shape:
-                raise SceneError(
-                    f"checkpoint: '{name}' has shape {np.shape(state[name])}, this scene needs {value.shape};"
-                    " it belongs to another scene or quality"
-                )
-        self.time, self.dt, self._dt_before, self.injected = (float(x) for x in state["time"][:4])
-        self.refit = bool(state["time"][4])
-        self.step = int(state["step"])
+        """Continue exactly from `state()`; SceneError, and nothing is touched, where it does not fit."""
         restore_all(self.pools, state)
-        for part in self._keepers:
-            part.restore(state)

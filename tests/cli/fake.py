@@ -66,14 +66,18 @@ class FakeWorld:
 
     def frame(self) -> Frame:
         reference = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float) * 0.01
-        body = BodyFrame(
-            "plate",
-            reference * self.x,
-            np.array([[0, 1, 2, 3]], np.int32),
-            {"reference": reference, "velocity": np.full((4, 3), self.v)},
-            {"damage": np.array([0.5]), "broken": np.array([0], np.uint8), "rupture_time": np.array([np.nan])},
-        )
-        return Frame(self.time, self.step, (body,))
+
+        def body(name: str, aside: float) -> BodyFrame:
+            at = reference + [aside, 0, 0]
+            return BodyFrame(
+                name,
+                at * self.x,
+                np.array([[0, 1, 2, 3]], np.int32),
+                {"reference": at, "velocity": np.full((4, 3), self.v)},
+                {"damage": np.array([0.5]), "broken": np.array([0], np.uint8), "rupture_time": np.array([np.nan])},
+            )
+
+        return Frame(self.time, self.step, tuple(body(s.name, 0.02 * k) for k, s in enumerate(self.scene.shells)))
 
     def state(self) -> dict[str, np.ndarray]:
         return {"xv": np.array([self.x, self.v]), "time": np.array(self.time), "step": np.array(self.step)}

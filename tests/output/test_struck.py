@@ -77,6 +77,26 @@ def test_two_plates_torn_apart_are_two_fragments() -> None:
     assert len(parts.holes(f)) == 1 and parts.holes(f)[0].area == pytest.approx(2 * 0.002 * 0.04)
 
 
+def test_what_flies_freely_has_pieces_and_what_is_held_remains() -> None:
+    """A strip broken into three: held at one end, or by both; free, all are pieces, unless one is more than half of it."""
+    from taichi_sph.scene import Box, PrescribedVelocity
+
+    from ..plates import plate_scene
+    from .synthetic import branched
+
+    body, _ = branched(0.002)
+    x = body.points[body.cells].mean(axis=1)[:, 0]
+    end = Box(hi=(1e-9, None, None))
+    for at, held, free in (((0.033, 0.067), [], 3), ((0.033, 0.067), [end], 2), ((0.033, 0.067), [end, Box(lo=(0.0999, None, None))], 1),
+                           ((0.067, 0.081), [], 2), ((0.067, 0.081), [Box(lo=(0.0999, None, None))], 1)):  # fmt: skip
+        broken = np.any([np.abs(x - place) < 1e-3 for place in at], axis=0)
+        torn = replace(body, cell_data={"broken": broken.astype(np.uint8), "rupture_time": np.where(broken, 1e-6, np.nan)})
+        motions = [PrescribedVelocity(shell="plate", where=where, velocity=(0, 0, None)) for where in held]
+        scene = plate_scene(length=0.1, width=0.04, spacing=0.002, motions=motions)
+        f = parts.fragments(replace(torn, name="plate"), scene)
+        assert len(f.area) == 3 and len(f.free) == free
+
+
 @pytest.mark.parametrize(
     "name, expected, tolerance",
     [

@@ -126,7 +126,7 @@ def test_sides_follow_the_flight(runs) -> None:
 def test_a_section_takes_away_one_half_and_leaves_the_spray(runs) -> None:
     run = runs["full"]
     s, bodies = struck.sides(run), struck.bodies_at(run, -1)
-    tank, ball, water = struck.cut_open(bodies, struck.middle(run), s.removed)
+    tank, ball, water = struck.cut_open(bodies, struck.middles(run), s.removed)
     whole = bodies[0]
     assert 0.45 < len(tank.cells) / len(whole.cells) < 0.55
     assert len(tank.cell_data["damage"]) == len(tank.cells) and ball is bodies[1]
@@ -135,8 +135,42 @@ def test_a_section_takes_away_one_half_and_leaves_the_spray(runs) -> None:
     assert ((water.points[~out] - struck.middle(run)) @ s.removed).max() <= 0.5 * 0.03 + 1e-9
 
 
+def test_each_of_two_tanks_is_cut_through_its_own_middle(runs) -> None:
+    run = runs["two"]
+    whole = struck.bodies_at(run, 0)
+    cut = struck.cut_open(whole, struck.middles(run), struck.sides(run).removed)
+    for body, half in zip(whole, cut, strict=True):
+        if body.kind == "shell":
+            assert 0.4 < len(half.cells) / len(body.cells) < 0.6, body.name
+        elif body.kind == "fluid":
+            assert 0.4 < len(half.points) / len(body.points) < 0.7, body.name
+    assert all(struck.close_up(run, name, struck.sides(run).front, -1.0) is None for name in drawn.SIDES)  # a crack over the height
+
+
+@pytest.mark.parametrize("renderer", BOTH, indirect=True)
+def test_a_body_of_another_kind_is_drawn_by_what_it_is_made_of(renderer: str) -> None:
+    import matplotlib.pyplot as plt
+
+    points = np.array([[0.2, 0.2, 0], [0.8, 0.8, 0]])
+    look = panel.Look("damage", "", panel.DAMAGE, 0.0, 1.0, 1.0, loose=True)
+    square = np.array([[0, 0, 0], [0.4, 0, 0], [0.4, 0.4, 0], [0, 0.4, 0]]) + [0.5, 0.1, 0]
+    toys = [
+        BodyFrame("dots", points, NO_CELLS, {"velocity": 0 * points}, {}, "toy"),
+        BodyFrame("balls", points + [0, 0.1, 0], NO_CELLS, {"velocity": 0 * points, "radius": np.full(2, 0.05)}, {}, "toy"),
+        BodyFrame("sheet", square, np.array([[0, 1, 2, 3]], np.int32), {"velocity": 0 * square}, {}, "toy"),
+    ]
+    assert [toy.form for toy in toys] == ["points", "balls", "surface"]
+    for toy in toys:
+        figure = plt.figure(figsize=(3, 3), dpi=100)
+        panel.draw(figure.add_axes((0, 0, 1, 1)), [toy], look, panel.View(0, 1, 0, 1, np.eye(3)), renderer == "vtk")
+        figure.canvas.draw()
+        seen = np.asarray(figure.canvas.buffer_rgba())[..., :3]
+        plt.close(figure)
+        assert (seen != 255).any(axis=-1).sum() > 20, toy.name
+
+
 def test_close_up_frames_the_hole(runs) -> None:
-    view = struck.close_up(runs["empty"], struck.sides(runs["empty"]).front, -1.0)
+    view = struck.close_up(runs["empty"], "tank", struck.sides(runs["empty"]).front, -1.0)
     centre = np.array([-drawn.TANK, 0, 0]) @ view.turn.T
     assert view.x0 < centre[0] < view.x1 and view.y0 < centre[1] < view.y1
     assert view.x1 - view.x0 < 0.6 * drawn.HEIGHT

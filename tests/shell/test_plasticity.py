@@ -259,7 +259,7 @@ def test_the_ledger_closes_to_second_order(layers):
 
 def test_a_look_and_a_rebase_leave_the_state():
     points, stress, _ = proportional("uniaxial", HARD)
-    names = [name for name, entry in points.entries.items() if entry.keeps and name != "strain"]
+    names = [name for name, entry in points.fields.items() if entry.keeps and name != "strain"]
     before = {name: points.get(name) for name in names}
     g = points.get("strain")
     points.go(plane(0.9, -0.3)[None], 0.0)  # a look

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -114,7 +115,8 @@ class FluidBody(Pool):
 
     def surround(self, surroundings: Surroundings) -> None:
         """What the particles find beyond the fluid, given before the first step."""
-        self.surroundings = self.pairs.wet = surroundings
+        self.surroundings = surroundings
+        self.pairs.wet = surroundings
         self.pairs.wets = True
 
     def start(self) -> None:
@@ -142,17 +144,16 @@ class FluidBody(Pool):
     def _level(self, axis: str) -> float | None:
         """The highest level of the fluids along an axis [m]; None where one of them reaches the top of its tank."""
         tops = [fluid.fill.hi["xyz".index(axis)] if isinstance(fluid.fill, FluidBox) else fluid.fill.level for fluid in self.fluids]
-        return None if None in tops else max(tops)
+        known = [top for top in tops if top is not None]
+        return max(known) if len(known) == len(tops) else None
 
     def _hydrostatic(self) -> np.ndarray:
         """(N,) s of fluids at rest, by number at the start: each layer bears the one that stands right above it."""
         g = float(np.linalg.norm(self.gravity))
         depth = self.points @ (self.gravity / g)
         across = np.arange(3) != np.abs(self.gravity).argmax()
-        s, layers = (
-            np.zeros(self.p.n),
-            [],
-        )  # of each layer so far: box across, depth of top and bottom [m], pressure at the top [Pa], density
+        s = np.zeros(self.p.n)
+        layers: list[Any] = []  # so far: box across, depths of top and bottom [m], pressure at the top [Pa], density
         for b in np.argsort([depth[self.p.of == b].min() for b in range(len(self.fluids))], kind="stable"):
             own, c, fluid = self.p.of == b, self.constants[b], self.fluids[b]
             d = c[OWN]

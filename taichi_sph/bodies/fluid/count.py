@@ -27,9 +27,9 @@ def count(fluid: Fluid, spacing: float, surface: Surface | None = None, thicknes
             volume = _revolved(surface, thickness, fluid.fill.axis, fluid.fill.level)
         if volume is None:
             volume = surface.volume if isinstance(surface, CappedTank) else math.pi * surface.radius**2 * surface.length
-    elif getattr(surface, "volume", None) is not None:
-        volume = surface.volume
-    elif mesh is not None:
+    else:
+        volume = getattr(surface, "volume", None)
+    if volume is None and mesh is not None and not isinstance(surface, Cylinder | CappedTank):
         axis = AXES[fluid.fill.axis]
         low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
         if fluid.fill.level is not None:

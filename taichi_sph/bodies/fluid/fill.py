@@ -16,10 +16,11 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from ...errors import SceneError
+from ...geometry.holes import lids
 from ...geometry.mesh import SurfaceMesh
 from ...geometry.surfaces import mesh_key
 from ...scene.schema import Scene
-from ...scene.surfaces import CappedTank, Cylinder
+from ...scene.surfaces import CappedTank, Cylinder, Surface
 from .said import Fluid, FluidBox
 
 AXES = {"x": 0, "y": 1, "z": 2}
@@ -73,18 +74,19 @@ def fill_fluid(fluid: Fluid, scene: Scene, mesh: SurfaceMesh | None) -> Filling:
     return found
 
 
-def fill(fluid: Fluid, spacing: float, mesh: SurfaceMesh | None = None, thickness: float = 0.0, surface=None) -> Filling:
+def fill(fluid: Fluid, spacing: float, mesh: SurfaceMesh | None = None, thickness: float = 0.0, surface: Surface | None = None) -> Filling:
     """The particles of a fluid. mesh, thickness [m], surface: of the shell that it fills (surface: as the scene has it)."""
     d = fluid.spacing or spacing
     if isinstance(fluid.fill, FluidBox):
         lo, hi = np.array(fluid.fill.lo), np.array(fluid.fill.hi)
         n = np.maximum(1, np.round((hi - lo) / d).astype(int))
         return Filling(_lattice(lo + 0.5 * (hi - lo) / n, (hi - lo) / n, n), fluid.fill.volume, d, fluid.water.density)
-    if (mesh.edges.sides[:, 1] < 0).any():
+    assert mesh is not None, "what fills a shell needs its mesh"
+    if (mesh.edges.sides[:, 1] < 0).any() and not getattr(surface, "holds", False):
         raise SceneError(f"fluid '{fluid.name}': shell '{fluid.fill.shell}' is open, so it has no inside to fill; close it")
     axis = AXES[fluid.fill.axis]
     turn = [(axis + 1) % 3, (axis + 2) % 3, axis]
-    triangles = _triangles(mesh)[:, :, turn]
+    triangles = np.concatenate([_triangles(mesh), lids(mesh)])[:, :, turn]
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
     top = high[2] - 0.5 * thickness
     level = top if fluid.fill.level is None else fluid.fill.level
@@ -97,7 +99,7 @@ def fill(fluid: Fluid, spacing: float, mesh: SurfaceMesh | None = None, thicknes
     if volume is None:
         volume = _measured(triangles, thickness, level, d)
     clear = CONTACT[fluid.contact]
-    wanted = max(volume - (clear - 0.5) * d * _area(triangles[triangles[:, :, 2].mean(axis=1) < level]), d**3)
+    wanted = max(volume - (clear - 0.5) * d * _area(triangles[triangles[:, :, 2].mean(axis=1) < level]), min(d, 1e50) ** 3)
     best = np.inf
     for pitch in PITCHES:
         there, cell = _lattice_in(triangles, d * pitch, low, high, level, thickness, clear)
@@ -122,7 +124,7 @@ def _lattice_in(
     room = level - 0.5 * d - low[2] - margin  # between the lowest and the highest layer
     n[2] = int(np.round(room / d)) + 1
     if (n < 1).any() or room < -1e-6 * d:
-        return np.zeros((0, 3)), d**3
+        return np.zeros((0, 3)), min(d, 1e50) ** 3
     step = np.array([d, d, room / (n[2] - 1) if n[2] > 1 else d])
     first = np.append(0.5 * (low + high - (n - 1) * d)[:2], low[2] + margin)
     points = _lattice(first, step, n)
@@ -246,7 +248,7 @@ def _feet(p: np.ndarray, t: np.ndarray) -> np.ndarray:
     return result
 
 
-def _revolved(surface, thickness: float, axis: str, level: float) -> float | None:
+def _revolved(surface: Surface | None, thickness: float, axis: str, level: float) -> float | None:
     """Volume inside a tank up to a level along its own axis [m3], by its radius over the height; None for other bodies."""
     if not isinstance(surface, (Cylinder, CappedTank)) or surface.axis != axis or getattr(surface, "cap", "flat") not in ("flat", "dome"):
         return None
@@ -270,7 +272,8 @@ def _measured(triangles: np.ndarray, thickness: float, level: float, d: float) -
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
     n = np.ceil((high - low)[:2] / (0.25 * d)).astype(int)
     step = (high - low)[:2] / n
-    x, y = np.meshgrid(*(low[c] + step[c] * (np.arange(n[c]) + 0.5001) for c in range(2)))
+    # a hair aside, by another one in y: off the edges and the diagonals of a regular lattice
+    x, y = np.meshgrid(*(low[c] + step[c] * (np.arange(n[c]) + aside) for c, aside in enumerate((0.5001, 0.50037))))
     line, height = _crossings(np.column_stack([x.ravel(), y.ravel()]), triangles)
     order = np.lexsort((height, line))
     inside = np.minimum(height[order], level + 0.5 * thickness)  # in at odd crossings, out at even ones

@@ -61,7 +61,8 @@ class FluidPairs:
     ) -> None:
         """support phi = h / D; tait: the law of all; cut: some have a least pressure; origin [m]: pair records are relative to it, which
         single precision needs."""
-        self.p, self.near, self.walls, self.support, self.wet = p, near, walls, support, None
+        self.p, self.near, self.walls, self.support = p, near, walls, support
+        self.wet: Any = None
         self.wets = False
         self.tait, self.cut = tait, cut
         self.mixes = len(p.masses) > 1

@@ -1,5 +1,7 @@
 """The pool of fluid particles. Data only, in the order of their cells, which changes: `id` tells who is who."""
 
+from typing import Any
+
 import numpy as np
 
 from ... import runtime
@@ -14,7 +16,6 @@ NARROWEST, WIDEST = 0.90, 1.03
 STIFFNESS, GAMMA, LEAST, DENSITY, SPACING, INVERSE, LINEAR, QUADRATIC, EPS2, DIFFUSION, SOUND2, OWN, CONSTANTS = range(13)
 
 
-@ti.data_oriented
 class FluidParticles(Pool):
     """n particles of one or several fluids. `of` (N,): number of each particle's fluid in the group, by number at the start."""
 
@@ -61,7 +62,7 @@ class FluidParticles(Pool):
         runtime.put(self.id, np.arange(self.n, dtype=np.int32))
         runtime.put(self.body, self.of)
 
-    def reorder(self, source) -> None:
+    def reorder(self, source: Any) -> None:
         """Move the particles: the one at place k comes from source[k]."""
         _reorder(self, source, self.n)
 

@@ -13,7 +13,6 @@ MOST = 6  # walls within reach of one place: a box as narrow as that has six
 NONE = [-1] * MOST
 
 
-@ti.data_oriented
 class Walls(Pool):
     """Rigid planes, each with its hole if it has one."""
 

@@ -49,7 +49,8 @@ class Rigid(Body):
                 raise ValueError(f"inertia {list(self.inertia)} kg m2: no body has one moment above the sum of the two others")
         if self.held and any((*self.velocity, *self.spin)):
             raise ValueError(f"held: rigid '{self.name}' is held in place and cannot have a velocity or spin; leave one out")
-        density = self.mass / sum(4.0 / 3.0 * math.pi * p.radius**3 for p in self.pinballs)
+        volume = sum(4.0 / 3.0 * math.pi * min(p.radius, 1e50) ** 3 for p in self.pinballs)
+        density = self.mass / volume if volume > 0 else math.inf  # the cube of a radius may be no number
         if not 1.0 <= density <= 1e6 and not self.held:
             raise ValueError(
                 f"mass {self.mass:g} kg of rigid '{self.name}' over the volume of its pinballs is {density:.3g} kg/m^3, which no "
@@ -76,7 +77,8 @@ class Rigid(Body):
         total, centre = np.zeros((3, 3)), self.centre
         for share, ball in zip(self.shares, self.pinballs):
             m, r = share * self.mass, np.array(ball.centre) - centre
-            total += m * ((0.4 * ball.radius**2 + r @ r) * np.eye(3) - np.outer(r, r))
+            with np.errstate(over="ignore", invalid="ignore"):  # of balls beyond all measure
+                total += m * ((0.4 * ball.radius**2 + r @ r) * np.eye(3) - np.outer(r, r))
         return total
 
     def check(self, scene: Any) -> None:

@@ -23,10 +23,10 @@ from ...runtime import ti
 from .build import Model, bounded_shear, by_cell, by_node, cell_spacing, centred
 from .links import Links
 from .selective import SelectiveShear, node_shears, shear_at, shear_dead, take_shear
+from .slits import slits
 from .stress import resultants
 
 
-@ti.data_oriented
 class Collocation(Pool):
     """The term. `force` overwrites nodes.force (and nodes.couple); `links` are touched by rupture."""
 
@@ -108,6 +108,13 @@ class Collocation(Pool):
         if self.selects:
             self.shear = SelectiveShear(model, at_nodes, self.divergence.own, f"selective{suffix}")
             self.links += self.shear.links
+        if (slit := slits(mesh, runtime.get(nodes.body, nodes.n) if nodes.several else None)) is not None:
+            of_cells = (self.strains, self.directors) if self.bends else (self.strains,)
+            both = np.concatenate([slit.nodes, slit.centres])
+            for links in self.links:
+                rows = slit.centres if links in of_cells else slit.nodes
+                seen = slit.centres if links is self.divergence else both if links.n_sources == len(both) else slit.nodes
+                slit.hide(links, np.repeat(rows[:, None], 2, axis=1), seen)
         for links in self.links:
             links.renew_all()
         self._reference(mesh)

@@ -44,13 +44,13 @@ from ...runtime import ti
 from .build import Model, bounded_shear, by_cell, by_node, cell_spacing
 from .galerkin_reference import references, references_touched, shares, sides, turns, turns_touched
 from .links import Links
+from .slits import slits
 from .stress import resultants
 
 GAUSS = 0.5 / np.sqrt(3.0)
 LOOK, STEP, JUMP = 0, 1, 2  # why residuals are evaluated: to see the forces, to go on in time, after a rupture
 
 
-@ti.data_oriented
 class Galerkin(Pool):
     """The term. `force` overwrites nodes.force (and nodes.couple); `links` are touched by rupture."""
 
@@ -126,6 +126,9 @@ class Galerkin(Pool):
             runtime.put(cells.shear, bounded_shear(bodies, by_cell, constants, cell_spacing(mesh)))
             runtime.put(self.stiffness_n, bounded_shear(bodies, by_node, constants, local, scale))
             runtime.put(self.stiffness_d, scale * membrane * by_node(bodies, [e**2 for e, _, _ in constants]) / 12.0)
+        if (slit := slits(mesh, runtime.get(nodes.body, nodes.n) if nodes.several else None)) is not None:
+            seen = np.concatenate([points[: self.n_edges] + slit.edge_moves[:, None], np.repeat(slit.nodes[:, None], 2, axis=1)])
+            slit.hide(self.rows, seen, slit.nodes)
         self.rows.renew_all()
         self._reference(mesh)
 

@@ -227,6 +227,12 @@ class ShellGroup(Rest):
         for body, sound in zip(self.shells, self.sound):
             if not (speeds[body.nodes.rows] <= sound).all():
                 i, moves = fastest(self.nodes.v, self.nodes.X, body.nodes.n, body.nodes.first)
+                known = speeds[body.nodes.rows][np.isfinite(speeds[body.nodes.rows])]
+                if len(known) < body.nodes.n and (known <= sound).any() and (known <= sound).all():  # nothing had grown before
+                    raise RunStopped(
+                        f"shell '{body.name}': node {i} {moves} at t = {now.time:.6g} s, while no other node is fast: a force, a load or a"
+                        " place became no number there; look at the last frame before it"
+                    )
                 raise RunStopped(
                     f"shell '{body.name}': node {i} {moves} at t = {now.time:.6g} s,"
                     f" beyond the sound speed {sound:.4g} m/s; the time step is likely too long or the load too"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, StrictBool, StrictInt, model_validator
@@ -168,7 +169,8 @@ def _fits_a_plate(shell: Shell, surface: Plate) -> None:
     margin = 0.05 * size  # a cut may start a little outside: it is the edge that it must open
     for number, cut in enumerate(shell.cuts):
         for end, point in (("start", cut.start), ("end", cut.end)):
-            place, names = point, "xyz"
+            place: tuple[float, ...] = point
+            names: Sequence[str] = "xyz"
             if surface.turned:
                 place, names = surface.within(point), ("along its length", "along its width", "off its plane")
             for axis in range(3):

@@ -63,7 +63,6 @@ SKIN = 0.25  # of D, of the lists
 FULL = 1.5  # |w| on a plane through the particle, over 1 / 2h: the integral of W over it
 
 
-@ti.data_oriented
 class Wetted(Pool):
     """The points of all surfaces that one group of fluids can press on; lists of who is near whom, both ways.
 

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 
 from ...errors import SceneError, nearest
 from ...scene import Scene
+from ...scene.check import shortened
 from ..folder import RunFolder
 from . import cracks, fluid, fragments, leak, perforation, plates, waves
 
@@ -88,10 +89,37 @@ def _accepted(name: str, options: Mapping[str, object]) -> tuple[Measure, str]:
     return function, unit
 
 
+def _whose(scene: Scene, name: str, option: str) -> tuple[list[str], list[str]]:
+    """The bodies that an option of a measure may name, and those among which the measure itself would choose."""
+    function = MEASURES[name][0]
+    if option == "striker":
+        rigids = [body.name for body in scene.rigids]
+        return rigids, [body.name for body in scene.rigids if any(body.velocity)] or rigids
+    fluids = [fluid.name for fluid in scene.fluids]
+    if function is leak.peak_pressure:
+        return fluids, fluids
+    if option == "fluid":
+        filled = [fluid.name for fluid in scene.fluids if getattr(fluid.fill, "shell", None) is not None]
+        return (filled, filled) if function.__module__ == leak.__name__ else (fluids, fluids)
+    shells = [shell.name for shell in scene.shells]
+    return shells, [] if function is perforation.time_to_rupture else shells
+
+
 def check_quantities(scene: Scene) -> None:
-    """Refuses quantities that no measure gives, or with a unit or options that it does not have."""
+    """Refuses quantities that no measure gives, with a unit or options that it does not have, of a body that is not there
+    or is not said."""
     for quantity in scene.quantities:
-        _, unit = _accepted(quantity.name, quantity.options)
+        try:
+            function, unit = _accepted(quantity.name, quantity.options)
+        except SceneError as error:
+            raise SceneError(shortened(str(error))) from None
+        for option in {"body", "fluid", "striker"} & set(inspect.signature(function).parameters):
+            names, chosen = _whose(scene, quantity.name, option)
+            given = quantity.options.get(option)
+            if given is not None and given not in names:
+                raise SceneError(f"quantity '{quantity.name}': its {option} '{given}' is not in the scene{nearest(str(given), names)}")
+            if given is None and len(chosen) > 1:
+                raise SceneError(f"quantity '{quantity.name}' is of one {option}: give the option '{option}', one of {', '.join(chosen)}")
         if unit and quantity.unit != unit:
             raise SceneError(f"quantity '{quantity.name}' is measured in '{unit}', not in '{quantity.unit}'")
 

@@ -2,8 +2,9 @@
 
 Two nodes belong together when a chain of live cells joins them. A fragment is such a set; a node without a live cell
 is dust. Areas are shares of the reference cells, broken ones included, so that the areas (and masses) of all fragments
-and of the dust add up to those of the body. The largest fragment and those with a node on the body's border are "held":
-they are what remains; what is missing from them is the hole.
+and of the dust add up to those of the body. Some fragments are "held": those with a node that a motion of the scene holds, and
+the largest where it is more than half of the body. They are what remains; what is missing from them is the hole. A ring that
+bursts in free flight has none. Where the scene is not known, the nodes on the body's border count as held.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
 from ...frame import BodyFrame
+from ...geometry.regions import inside
 from ...scene import Scene, Shell
 from ..folder import RunFolder
 from ..histories import write_history
@@ -113,7 +115,13 @@ def ruptured(body: BodyFrame) -> np.ndarray:
     return ~live(body) & (np.nan_to_num(np.asarray(body.cell_data["rupture_time"], dtype=float)) > 0)
 
 
-def fragments(body: BodyFrame) -> Fragments:
+def held_nodes(scene: Scene, body: BodyFrame) -> np.ndarray:
+    """(N,) bool: nodes that a motion of the scene holds or drives."""
+    caught = [inside(motion.where, body.reference) for motion in scene.loads_of("motions", body.name)]
+    return np.any(caught, axis=0) if caught else np.zeros(len(body.reference), dtype=bool)
+
+
+def fragments(body: BodyFrame, scene: Scene | None = None) -> Fragments:
     """The fragments of a shell at one instant."""
     cells, count = body.cells, len(body.points)
     share = np.repeat((cell_areas(body.reference, cells) / (cells >= 0).sum(axis=1))[:, None], 4, axis=1)
@@ -130,8 +138,8 @@ def fragments(body: BodyFrame) -> Fragments:
     number[order] = np.arange(len(order))
     label = np.where(alive, number[component], -1)
     held = np.zeros(len(order), dtype=bool)
-    held[:1] = True
-    ends = label[np.unique(border(cells))]
+    held[:1] = scene is None or 2 * area[order[:1]] > node_area.sum()
+    ends = label[np.unique(border(cells)) if scene is None else held_nodes(scene, body)]
     held[ends[ends >= 0]] = True
     return Fragments(body, label, node_area, area[order], np.bincount(label[alive], minlength=len(order)), held)
 
@@ -399,7 +407,7 @@ def write_fragments(run: RunFolder, scene: Scene) -> list[str]:
             continue
         name = "fragments" if len(scene.shells) == 1 else f"fragments_{file.name}"
         path: Path = run.path / "histories" / f"{name}.csv"
-        write_history(path, UNITS, table(fragments(body), shell_of(scene, file.name)))
+        write_history(path, UNITS, table(fragments(body, scene), shell_of(scene, file.name)))
         names.append(name)
     return names
 
@@ -419,15 +427,15 @@ def _centre(run: RunFolder, body: BodyFrame, x: float | None, y: float | None, z
 
 
 def fragments_count(run: RunFolder, scene: Scene, *, body: str | None = None, nodes: float = 2) -> float:
-    """Fragments of at least `nodes` nodes that are not held; dust does not count."""
-    f = fragments(_last(run, body))
+    """Pieces of at least `nodes` nodes that are not held; dust does not count."""
+    f = fragments(_last(run, body), scene)
     return float(np.count_nonzero(f.nodes[f.free] >= nodes))
 
 
 def largest_fragment_mass(run: RunFolder, scene: Scene, *, body: str | None = None) -> float:
     """Mass [kg] of the largest fragment that is not held; 0 without one."""
     last = _last(run, body)
-    f = fragments(last)
+    f = fragments(last, scene)
     return float(f.area[f.free[0]]) * mass_per_area(shell_of(scene, last.name)) if len(f.free) else 0.0
 
 
@@ -440,14 +448,14 @@ def dust_mass(run: RunFolder, scene: Scene, *, body: str | None = None) -> float
 
 def plug_diameter(run: RunFolder, scene: Scene, *, body: str | None = None) -> float:
     """Diameter [m] of the disc as large as the largest fragment that is not held; 0 without one."""
-    f = fragments(_last(run, body))
+    f = fragments(_last(run, body), scene)
     return float(np.sqrt(4 * f.area[f.free[0]] / np.pi)) if len(f.free) else 0.0
 
 
 def hole_diameter(run: RunFolder, scene: Scene, *, body: str | None = None, hole: float = 1) -> float:
     """Diameter [m] of the disc as large as what is missing of the reference in the `hole`-th hole (the first one
     began first: the front of a tank, then its back); 0 without it. Petals are not missing: see opening_diameter."""
-    found = holes(fragments(_last(run, body)))
+    found = holes(fragments(_last(run, body), scene))
     return found[int(hole) - 1].diameter if len(found) >= hole else 0.0
 
 

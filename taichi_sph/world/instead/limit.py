@@ -1,8 +1,8 @@
 """The stability limit of the time step: what the operator says, beside what the running scheme shows.
 
-Small random velocities and spins on every node hold every mode. Below the limit, central differences keep the
-energy of each within bounds; above it the fastest one grows exponentially, by exp(2 sqrt(2 x)) a step at (1 + x)
-times the limit. Bisection between the two.
+Small random velocities and spins on every node hold every mode. Below the limit, central differences keep the energy of each mode within
+bounds. Above the limit the energy of the fastest mode grows exponentially, by exp(2 sqrt(2 x)) a step at (1 + x) times the limit. Bisection
+finds the limit between the two.
 """
 
 from __future__ import annotations
