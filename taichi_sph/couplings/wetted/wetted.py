@@ -48,7 +48,7 @@ from ... import runtime
 from ...bodies.fluid.surroundings import Surroundings
 from ...bodies.fluid.walls import MOST, NONE, RIM
 from ...bodies.wettable import SurfacePoints, Wettable
-from ...numerics.cells import CellGrid, bucket, cube, running
+from ...numerics.cells import CUBES, CellGrid, beside, cube, running
 from ...numerics.kernel import w2
 from ...pool import Pool
 from ...runtime import ti
@@ -237,11 +237,9 @@ def _pair(t: ti.template(), point: ti.template(), n: ti.i32, inverse: ti.f64, ta
         x = t.built_particles[i]
         found = 0
         if write == 0 or t.s.start[i + 1] > t.s.start[i]:
-            home = cube(x, inverse)
-            for dx, dy, dz in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
-                there = home + ti.Vector([dx, dy, dz])
-                b = bucket(there, table)
-                for m in range(t.grid.start[b], t.grid.start[b + 1]):
+            for c in range(CUBES):
+                there, first, last = beside(t.grid, x, c, inverse, table)
+                for m in range(first, last):
                     k = t.grid.sorted[m]
                     away = t.built[k] - x
                     if away.norm_sqr() * inverse * inverse < 1.0 and all(cube(t.built[k], inverse) == there):
