@@ -154,7 +154,7 @@ def test_heavy_over_light_turns_over():
     print(f"growth {found / rate:.3f} of the inviscid; heavy sank {x[heavy, 2].mean() - p[heavy, 2].mean():.4f} m; {closed(sim):.3f} %")
     assert 0.6 < found / rate < 1.4
     assert float(mass @ x[:, 2]) < height and x[heavy, 2].mean() < p[heavy, 2].mean() - 0.03
-    assert closed(sim) < 2.0
+    assert closed(sim) < 4.0
 
 
 def tank(name: str, x: float) -> tuple[Shell, Fluid, PrescribedVelocity]:
