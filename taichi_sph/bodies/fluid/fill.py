@@ -1,10 +1,12 @@
 """Where the particles of a fluid stand at the start: a cubic lattice in a box or in a closed shell. NumPy only.
 
-In a shell the lattice is centred on its axis and starts at the distance that CONTACT says, and e/2, above its bottom; its layers fit the
-level. It keeps the points that lie inside (a ray along the axis crosses the surface an odd number of times above them) and not more than
-D/2 nearer to it than that, and moves those that are nearer away from the wall to it. So a round wall leaves as much of its lattice out
-as in: the water is neither packed nor loose, and keeps its level when it settles. mass = rho_0 volume / N, and D_0 = (volume /
-N)^(1/3), with the volume the true one.
+In a shell the lattice is centred on the axis of the fill; its layers fit the level. The lowest layer stands e/2 and the distance of
+CONTACT above the bottom. That distance, from the surface of the wall, is also what every particle should have from every wall.
+
+A lattice point is kept when it lies inside the shell (a ray along the axis crosses the surface an odd number of times above the point) and
+lacks no more than D/2 of that distance. Kept points that lack some of it are moved away from the wall until they have it. So a round wall
+leaves as much of its lattice out as in: the water is neither packed nor loose, and keeps its level when it settles. The volume is the
+true one: mass = rho_0 volume / N, and D_0 = (volume / N)^(1/3).
 """
 
 from __future__ import annotations

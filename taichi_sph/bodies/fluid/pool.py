@@ -29,7 +29,7 @@ class FluidParticles(Pool):
         # f64 always, or a step would be lost in its rounding
         self.x = new("x", n, 3, "f64", unit="m", keeps=True, doc="place")
         self.v = new("v", n, 3, unit="m/s", keeps=True, doc="velocity at the half step before")
-        self.mass = new("mass", n, unit="kg")
+        self.mass = new("mass", n, unit="kg", doc="mass of the particle")
         self.s = new("s", n, keeps=True, doc="rho / rho_0 - 1")
         self.rate = new("rate", n, unit="1/s", keeps=True, doc="of s, over the step before")
         self.rate_before = new("rate_before", n, unit="1/s", keeps=True, doc="of s, over the step before that one")

@@ -20,7 +20,7 @@ class Walls(Pool):
         super().__init__(name)
         self.n = len(walls)
         self.holed = any(wall.hole is not None for wall in walls)
-        self.point = self.field("point", self.n, 3, "f64", unit="m")
+        self.point = self.field("point", self.n, 3, "f64", unit="m", doc="a point of the plane")
         self.normal = self.field("normal", self.n, 3, "f64", doc="unit vector towards the fluid")
         self.centre = self.field("centre", self.n, 3, "f64", unit="m", doc="of the hole")
         self.radius = self.field("radius", self.n, dtype="f64", unit="m", doc="of the hole; 0: there is none")
