@@ -15,7 +15,7 @@ from taichi_sph.world.world import World
 from ..exact import restarts_exactly, threads_change_nothing
 
 SCENE = Path(__file__).parents[2] / "scenes" / "two_tanks.py"
-COARSE = {"quality": "draft", "spacing": 0.03}
+COARSE = {"quality": "draft"}
 STEPS = 40
 
 
