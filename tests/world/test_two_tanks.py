@@ -43,9 +43,10 @@ def test_each_tank_moves_as_if_it_were_alone():
     dt, found, kernels = 0.0, {}, {}
     for what in (parted, one(scene, "left"), one(scene, "right")):
         world = World(what, threads=2)
-        dt = world.dt = dt or 0.5 * world.dt
-        world.advance(STEPS)
-        assert world.dt == dt
+        dt = dt or 0.5 * world.dt
+        for _ in range(STEPS):
+            world.dt = dt  # a wall that is squeezed asks for another step, in each world at another time
+            world.advance(1)
         kernels[len(what.shells)] = len(runtime.kernels())
         for body in world.frame().bodies:
             arrays = {**body.point_data, **body.cell_data, "points": body.points}
