@@ -15,7 +15,8 @@ from taichi_sph.scene import Density, Fluid, FluidBox, Numerics, Output, Quality
 WIDE = {"draft": 8, "standard": 12, "paper": 16}  # spacings over the width
 WIDTH, DEPTH = 0.1, 0.1  # m, of the tank, of each layer
 G = 9.81  # m/s2
-FALLS = 6  # the duration, in times of a fall through both layers
+FALLS = {"below": 6, "above": 12}  # the duration, in times of a fall through both layers
+TILT = 0.05  # of gravity, sideways, where the heavy fluid is above: an even lattice has nothing from which a wave could grow
 
 
 def scene(quality: Quality = "draft", heavy: Literal["below", "above"] = "below", fuel: Density = 800.0, water: Density = 1000.0) -> Scene:
@@ -33,7 +34,7 @@ def scene(quality: Quality = "draft", heavy: Literal["below", "above"] = "below"
         for layer, (low, high) in layers.items()
     ]
     normals = {(1, 0, 0): 0.0, (-1, 0, 0): WIDTH, (0, 1, 0): 0.0, (0, -1, 0): WIDTH, (0, 0, 1): 0.0}
-    duration = FALLS * math.sqrt(4 * DEPTH / G)
+    duration = FALLS[heavy] * math.sqrt(4 * DEPTH / G)
     late = {"start": 0.6 * duration}
     rest = [
         *(Quantity(name="pressure_slope", value=1.0, tolerance=0.05, source="rho g", options={**late, "fluid": f.name}) for f in fluids),
@@ -45,7 +46,7 @@ def scene(quality: Quality = "draft", heavy: Literal["below", "above"] = "below"
         source="hydrostatics" if heavy == "below" else "Taylor 1950",
         fluids=fluids,
         walls=[Wall(point=[at * abs(n) for n in normal], normal=normal) for normal, at in normals.items()],
-        gravity=(0, 0, -G),
+        gravity=(0, 0, -G) if heavy == "below" else (TILT * G, 0, -G),
         duration=duration,
         numerics=Numerics(spacing=d),
         output=Output(frames=60, samples=200),

@@ -35,6 +35,8 @@ class Pool:
     """
 
     kept: tuple[str, ...] = ()
+    # kernels take pools as templates; Taichi's decorator would say so too, and make every look at an attribute a search for kernels
+    _data_oriented = True
 
     def __init__(self, name: str):
         self.name = name

@@ -16,7 +16,6 @@ from ..pool import Pool
 from ..runtime import ti
 
 
-@ti.data_oriented
 class SurfacePoints(Pool):
     """All points that one group of fluids can press on.
 

@@ -1,10 +1,8 @@
 """A list of movers: what each of them is and would do, and the impulses that a coupling leaves for it."""
 
 from ..pool import Pool
-from ..runtime import ti
 
 
-@ti.data_oriented
 class Places(Pool):
     """n places; those from `turning` on are movers that turn. bodies: how many bodies `pushed` tells apart."""
 

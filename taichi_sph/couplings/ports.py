@@ -19,7 +19,6 @@ from ..runtime import ti
 from .places import Places
 
 
-@ti.data_oriented
 class Port(Places):
     """Places for all movers; surfaces, in the order of their movers; names and number of bodies.
 

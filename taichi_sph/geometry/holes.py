@@ -15,6 +15,7 @@ import numpy as np
 
 from ..errors import SceneError
 from ..scene.surfaces import HoleIn
+from .mesh import SurfaceMesh
 
 LEAST = 2.0  # spacings across the smallest hole
 FEWEST = 6  # nodes of a rim
@@ -269,6 +270,22 @@ class _Cut:
             raise SceneError(
                 f"holes[{self.number}] at {_place(self.hole.centre)} cannot be cut into these cells; lower spacing or irregularity"
             )
+
+
+def lids(mesh: SurfaceMesh) -> np.ndarray:
+    """(T, 3, 3) triangles that close the openings of a mesh: from the sides of each to its middle."""
+    open_ = mesh.edges.nodes[mesh.edges.sides[:, 1] < 0]
+    if not len(open_):
+        return np.empty((0, 3, 3))
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    n = len(mesh.points)
+    loop = connected_components(coo_array((np.ones(len(open_)), (open_[:, 0], open_[:, 1])), shape=(n, n)), directed=False)[1]
+    middle = np.zeros((n, 3))
+    for number in np.unique(loop[open_]):
+        middle[number] = mesh.points[np.unique(open_[loop[open_[:, 0]] == number])].mean(axis=0)
+    return np.stack([mesh.points[open_[:, 0]], mesh.points[open_[:, 1]], middle[loop[open_[:, 0]]]], axis=1)
 
 
 def _sides(cells: np.ndarray) -> np.ndarray:

@@ -589,9 +589,9 @@ def count(surface: Generated, numerics: Numerics) -> int:
         case Cylinder() if surface.ends == "open" and not surface.whole:
             nodes = (along(surface.radius * surface.angle) + 1) * (along(surface.length) + 1)
         case Frustum() | Sphere() | BoxTank():
-            nodes = surface.gross / d**2
+            nodes = surface.gross / d / d
         case CappedTank() if surface.cap not in ("flat", "dome"):
-            nodes = surface.gross / d**2
+            nodes = surface.gross / d / d
         case Cylinder() | CappedTank():
             rim = _rim(surface.radius, d) if 2 * math.pi * surface.radius / d < COUNTED else COUNTED
             nodes = rim * (along(surface.length) + 1)

@@ -22,7 +22,6 @@ WIDE = 5  # cells that a query sees along each axis: at least so many there must
 BLOCK = 4096
 
 
-@ti.data_oriented
 class Neighbours(Pool):
     """Cells and lists of n points. `x` (N, 3) f64 [m] is kept in cell order by the owner (see `order`).
 

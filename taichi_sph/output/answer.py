@@ -219,7 +219,7 @@ def _strikers(run: RunFolder) -> list[str]:
         the = (
             "The striker"
             if sum(1 for n in names if perforation.start_speed(run.history(perforation.PREFIX + n)) > 0) == 1
-            else f"The {name}"
+            else f"The {name.replace('_', ' ')}"
         )
         found.append(
             f"{the} {'bounces back' if turned else 'ends'} at {quantity_text(float(v[-1]), 'm/s')} after "

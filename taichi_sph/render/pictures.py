@@ -265,7 +265,8 @@ def _struck(run: RunFolder, backend: Backend) -> list[Path]:
             paths.append(_save(strip, out / "impact_over_time.png"))
     else:
         chosen = sorted({round(i) for i in np.linspace(0, last, 6)})
-        for field in ("pressure", "speed") if run.of_kind("fluid") else ("motion",):
+        fields = ("pressure", "speed", *(("density",) if len(struck.densities([run])) > 1 else ()))
+        for field in fields if run.of_kind("fluid") else ("motion",):
             strip = struck.free_strip(run, looks, field, backend, chosen, _subtitle(run), DPI)
             paths.append(_save(strip, out / f"{field}_over_time.png"))
     for name, figure in (("strikers", plots.strikers(run)), *((name, plots.leak(run, fluid)) for fluid, name in tanks(run).items())):

@@ -63,6 +63,7 @@ class Looks:
     shell: Look
     pressure: Look
     speed: Look
+    density: Look  # tells fluids apart
 
 
 def looks_of(runs: Sequence[RunFolder]) -> Looks:
@@ -90,7 +91,13 @@ def looks_of(runs: Sequence[RunFolder]) -> Looks:
         shell,
         Look("pressure", f"pressure of fluid [{unit}]", PRESSURE, 0.0, top, 1.0, factor),
         Look("speed", "speed of fluid [m/s]", SPRAY, 0.0, _round_up(max(max(speed), 1e-6)), 1.0),
+        Look("density", "density of fluid [kg/m3]", SPRAY, min(densities(runs), default=0.0), max(densities(runs), default=1.0), 1.0),
     )
+
+
+def densities(runs: Sequence[RunFolder]) -> set[float]:
+    """At rest [kg/m3], of all fluids."""
+    return {fluid.water.density for run in runs for fluid in run.scene.fluids}
 
 
 # --- where to look from -------------------------------------------------------------------------
@@ -286,8 +293,8 @@ def _most(body: BodyFrame, turn: np.ndarray) -> np.ndarray:
 
 
 def free_strip(run: RunFolder, looks: Looks, field: str, backend: Backend, instants: Sequence[int], subtitle: str, dpi: int) -> Figure:
-    """All bodies at some instants where no shell is struck or leaks, fluids coloured by "pressure" or "speed"."""
-    look = looks.pressure if field == "pressure" else looks.speed
+    """All bodies at some instants where no shell is struck or leaks, fluids coloured by "pressure", "density" or "speed"."""
+    look = {"pressure": looks.pressure, "density": looks.density}.get(field, looks.speed)
     turn = _side_view(run)
     everything = [b for i in range(0, len(run.frames().times), max(1, len(run.frames().times) // 12)) for b in bodies_at(run, i)]
     points = [_most(b, turn) if b.form == "particles" else b.points for b in everything]

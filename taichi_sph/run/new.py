@@ -36,7 +36,7 @@ SPACING = {"draft": "2.5 mm", "standard": "1.5 mm", "paper": "1 mm"}  # of the n
 def scene(quality: Quality = "draft", velocity: Speed = 200.0) -> Scene:
     sheet = Shell(
         name="sheet",  # names files: frames/sheet.vtkhdf; loads and measures name their body by it
-        surface=Plate(length=0.1, width=0.1),  # or Disc, Cylinder, CappedTank, SpherePatch, Roof, MeshFile(path=...)
+        surface=Plate(length=0.1, width=0.1),  # or Disc, Cylinder, CappedTank, BoxTank, Sphere, MeshFile(path=...), ...: docs/shapes.md
         thickness="1.5 mm",
         material=material("AISI 1018"),  # taichi_sph.scene.materials() lists them; Material(...) says your own
         motion="free",  # it bends; "in_plane": it stays flat

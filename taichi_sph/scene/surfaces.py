@@ -50,6 +50,11 @@ class Shaped(Frozen):
         return self.gross - gone
 
     @property
+    def holds(self) -> bool:
+        """Whether it has an inside that a fluid may fill, though it has holes: plane lids over them close it."""
+        return getattr(self, "volume", None) is not None
+
+    @property
     def thickest(self) -> float:
         """Thickness [m] that no shell of this shape has."""
         return getattr(self, "radius", math.inf)
@@ -431,6 +436,10 @@ class BoxTank(Shaped):
         """The walls that are there."""
         every: tuple[Face, ...] = ("-x", "+x", "-y", "+y", "-z", "+z")
         return tuple(face for face in every if face not in self.without)
+
+    @property
+    def holds(self) -> bool:
+        return len(self.without) < 2
 
     @property
     def thickest(self) -> float:

@@ -13,12 +13,15 @@ import subprocess
 import sys
 import tempfile
 import time as clock
-from collections.abc import Callable
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..scene import Plate, Scene
 from ..scene.library import material
+
+if TYPE_CHECKING:
+    from ..pool import Pool
 
 SIZES = (10_000, 31_600, 100_000, 316_000, 1_000_000)
 SECONDS = 3.0  # of stepping per size
@@ -28,29 +31,28 @@ WEDGE = 4e6  # Pa, on the faces of the crack
 # the bandwidth allow, seconds to the end of the first step with empty and with full cache of kernels, seconds of B1.
 BARS = {"node_steps_per_second": 2.0e6, "share": 0.5, "cold": 15.0, "warm": 5.0, "branching": 30.0}
 
-# The arrays that each kernel of a galerkin step in the plane reads or writes, one letter per entry for how many of
-# them: N nodes, M cells, E edges, R rows (edges and nodes), P pairs, C corners of cells, S four sides per cell.
-# Gathers count each entry once, as a perfect cache would; what only a rupture or a growing damage touches is left out.
+# The fields that each kernel of a galerkin step in the plane reads or writes; how long they are their pools say. Gathers count each entry
+# once, as a perfect cache would. What only a rupture or a growing damage touches is left out. The rows write their part of row_force, the
+# edges the rest: it stands with the edges.
 TRAFFIC = {
     "rows": {
-        "read": {"galerkin.rows.start": "R", "galerkin.rows.coef": "P", "galerkin.rows.source": "P", "nodes.u": "N",
-                 "galerkin.stiffness": "N", "galerkin.integrity": "N",
-                 "cells.start_of_node": "N", "cells.of_node": "C", "cells.broken": "M", "cells.delayed": "M"},
-        "write": {"galerkin.edge_u": "E", "galerkin.residual": "N", "galerkin.row_force": "N"},
+        "read": ("galerkin.rows.start", "galerkin.rows.coef", "galerkin.rows.source", "nodes.u", "galerkin.stiffness", "galerkin.integrity",
+                 "cells.start_of_node", "cells.of_node", "cells.broken", "cells.delayed"),
+        "write": ("galerkin.edge_u", "galerkin.residual"),
     },
     "cells": {
-        "read": {"cells.broken": "M", "cells.n_corners": "M", "cells.edge": "M", "galerkin.side": "S", "galerkin.edge_u": "E",
-                 "cells.area": "M", "cells.a1": "M", "cells.a2": "M", "cells.damage": "M", "cells.delayed": "M", "cells.strain": "M"},
-        "write": {"cells.damage": "M", "cells.delayed": "M", "cells.strain": "M", "galerkin.side_force": "S"},
+        "read": ("cells.broken", "cells.n_corners", "cells.edge", "galerkin.side", "galerkin.edge_u", "cells.area", "cells.a1", "cells.a2",
+                 "cells.damage", "cells.delayed", "cells.strain"),
+        "write": ("cells.damage", "cells.delayed", "cells.strain", "galerkin.side_force"),
     },
-    "edges": {"read": {"cells.sides": "E", "galerkin.side_force": "S"}, "write": {"galerkin.row_force": "E"}},
+    "edges": {"read": ("cells.sides", "galerkin.side_force"), "write": ("galerkin.row_force",)},
     "nodes": {
-        "read": {"galerkin.rows.t_start": "N", "galerkin.rows.t_coef": "P", "galerkin.rows.t_row": "P", "galerkin.row_force": "R"},
-        "write": {"nodes.force": "N"},
+        "read": ("galerkin.rows.t_start", "galerkin.rows.t_coef", "galerkin.rows.t_row", "galerkin.row_force"),
+        "write": ("nodes.force",),
     },
     "motion": {
-        "read": {"nodes.u": "N", "nodes.v": "N", "nodes.force": "N", "nodes.mass": "N", "loads.force.total": "N"},
-        "write": {"nodes.u": "N", "nodes.v": "N", "nodes.kinetic": "N"},
+        "read": ("nodes.u", "nodes.v", "nodes.force", "nodes.mass", "loads.force.total"),
+        "write": ("nodes.u", "nodes.v", "nodes.kinetic"),
     },
 }  # fmt: skip
 
@@ -149,19 +151,17 @@ def metal_scene(nodes: int, precision: str = "f64") -> Scene:
     )
 
 
-def step_bytes(fields: dict[str, int], counts: dict[str, int], capacity: Callable[[int], int]) -> dict[str, float]:
-    """Bytes that one galerkin step has to move, kernel by kernel (TRAFFIC), from the sizes of the fields by name.
+def step_bytes(pools: Iterable[Pool]) -> dict[str, float]:
+    """Bytes that one galerkin step has to move, kernel by kernel (TRAFFIC): each field as far as it is in use."""
+    from .. import runtime
 
-    counts: entries by letter; capacity: the length that a field of so many entries is given.
-    """
-    return {
-        kernel: sum(
-            fields[name] * counts[letter] / capacity(counts[letter] + name.endswith("start"))
-            for moved in arrays.values()
-            for name, letter in moved.items()
-        )
-        for kernel, arrays in TRAFFIC.items()
-    }
+    sizes = runtime.current().fields
+    used = {}
+    for pool in pools:
+        for field, entry in pool.fields.items():
+            name = f"{pool.name}.{field}"
+            used[name] = sizes[name] * entry.n / runtime.capacity(entry.n)
+    return {kernel: sum(used[name] for names in moved.values() for name in names) for kernel, moved in TRAFFIC.items()}
 
 
 def measure(
@@ -209,11 +209,8 @@ def measure(
         found["yielding"] = float(yielding.mean())
     elif formulation == "galerkin":
         rows = sim.shell.internal.rows
-        n, m, e = sim.n_nodes, sim.stress_points, sim.shell.internal.n_edges
-        counts = {"N": n, "M": m, "E": e, "R": rows.n, "P": rows.pairs, "C": int(sim.shell.mesh.corners.sum()), "S": 4 * m}
-        moved = step_bytes(runtime.current().fields, counts, runtime.capacity)
-        found["pairs_per_node"] = rows.pairs / n
-        found["bytes_per_node_step"] = {kernel: size / n for kernel, size in moved.items()}
+        found["pairs_per_node"] = rows.pairs / sim.n_nodes
+        found["bytes_per_node_step"] = {kernel: size / sim.n_nodes for kernel, size in step_bytes(sim.pools).items()}
     return found
 
 

@@ -8,7 +8,7 @@ from taichi_sph.bodies.fluid.fill import CONTACT, fill
 from taichi_sph.bodies.fluid.said import Fluid, FluidBox, ShellFill
 from taichi_sph.errors import SceneError
 from taichi_sph.geometry.surfaces import generate
-from taichi_sph.scene import CappedTank, Cylinder, Numerics
+from taichi_sph.scene import BoxTank, CappedTank, Cylinder, HoleIn, Numerics
 
 D, E = 0.0125, 0.001
 CAN = Cylinder(radius=0.15, length=0.4, ends="discs", origin=(1.0, 0, 0))
@@ -68,9 +68,20 @@ def test_box():
     assert len(f.points) == 10 * 20 * 5 and f.mass == pytest.approx(1e-3) and f.points.min() == pytest.approx(0.005)
 
 
+def test_a_vent_and_a_box_without_a_lid_hold_water():
+    """A hole does not change what is inside; where a wall is missing, a plane stands for it."""
+    vented = CAN.model_copy(update={"holes": (HoleIn(centre=(1, 0, 0.4), radius=0.04), HoleIn(centre=(1.15, 0, 0.2), radius=0.04))})
+    closed, open_ = filled(CAN, 0.3), filled(vented, 0.3)
+    assert open_.volume == closed.volume and len(open_.points) == pytest.approx(len(closed.points), rel=0.02)
+    box = filled(BoxTank(size=(0.2, 0.15, 0.25), without=("+z",)), 0.2)
+    assert box.volume == pytest.approx((0.2 - 1e-3) * (0.15 - 1e-3) * (0.2 - 0.5e-3), rel=0.01)
+    assert box.points[:, 2].max() < 0.2
+
+
 @pytest.mark.parametrize(
     "surface, level, said",
     [
+        (BoxTank(size=(0.2, 0.2, 0.2), without=("+z", "+x")), 0.1, "is open"),
         (CAN, 0.5, "level 0.5 m lies outside the shell 'tank', whose inside reaches from 0.0005 to 0.3995 m along z"),
         (CAN, -0.1, "lies outside"),
         (CAN, 0.01, "no particle of 0.0125 m fits"),

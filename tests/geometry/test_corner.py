@@ -51,7 +51,7 @@ def rigid(sim) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_normals_at_the_rim_are_halfway(closed):
-    mesh = closed.mesh
+    mesh = closed.shell.mesh
     rim = (np.abs(np.hypot(*mesh.points[:, :2].T) - 1) < 1e-9) & (np.abs(mesh.node_normals[:, 2]) > 1e-3)
     assert rim.sum() == 2 * 32
     if closed.scene.shells[0].surface.kind == "cylinder":
@@ -60,7 +60,7 @@ def test_normals_at_the_rim_are_halfway(closed):
 
 def test_a_rigid_motion_strains_nothing(closed):
     force, _ = loads(closed, *rigid(closed))
-    assert np.abs(runtime.get(closed.cells.strain, closed.cells.n)).max() < 2e-12
+    assert np.abs(runtime.get(closed.shell.cells.strain, closed.shell.cells.n)).max() < 2e-12
     assert np.abs(force).max() < 1e-12 * STIFFNESS * SPACING
 
 
@@ -95,5 +95,5 @@ def test_moments_are_in_balance(closed):
     u, d = rigid(closed)
     u, d = u + 0.03 * rng.standard_normal(u.shape), d + 0.1 * rng.standard_normal(d.shape)
     force, couple = loads(closed, u, d)
-    moment = np.cross(closed.mesh.points + u, force) + np.cross(closed.mesh.node_normals + d, couple)
+    moment = np.cross(closed.shell.mesh.points + u, force) + np.cross(closed.shell.mesh.node_normals + d, couple)
     assert np.abs(moment.sum(axis=0)).max() < 1e-10 * np.abs(moment).max()

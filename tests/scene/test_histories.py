@@ -66,9 +66,11 @@ def test_smooth_ones():
     assert at(ended, 0.5, 0.6) == [0, 0]
 
 
+MILLISECONDS = st.integers(-1000, 1000).map(lambda n: n / 1000)
+
+
 @given(
-    points=st.lists(st.tuples(st.floats(-1, 1), st.floats(-5, 5)), min_size=1, max_size=20, unique_by=lambda p: round(p[0], 3)),
-    time=st.floats(-2, 2),
+    points=st.lists(st.tuples(MILLISECONDS, st.integers(-50, 50)), min_size=1, max_size=20, unique_by=lambda p: p[0]), time=st.floats(-2, 2)
 )
 def test_tables(points, time):
     points = sorted(points)

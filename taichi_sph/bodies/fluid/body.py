@@ -115,7 +115,8 @@ class FluidBody(Pool):
 
     def surround(self, surroundings: Surroundings) -> None:
         """What the particles find beyond the fluid, given before the first step."""
-        self.surroundings = self.pairs.wet = surroundings
+        self.surroundings = surroundings
+        self.pairs.wet = surroundings
         self.pairs.wets = True
 
     def start(self) -> None:

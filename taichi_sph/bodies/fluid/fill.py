@@ -1,10 +1,12 @@
 """Where the particles of a fluid stand at the start: a cubic lattice in a box or in a closed shell. NumPy only.
 
-In a shell the lattice is centred on its axis and starts at the distance that CONTACT says, and e/2, above its bottom; its layers fit the
-level. It keeps the points that lie inside (a ray along the axis crosses the surface an odd number of times above them) and not more than
-D/2 nearer to it than that, and moves those that are nearer away from the wall to it. So a round wall leaves as much of its lattice out
-as in: the water is neither packed nor loose, and keeps its level when it settles. mass = rho_0 volume / N, and D_0 = (volume /
-N)^(1/3), with the volume the true one.
+In a shell the lattice is centred on the axis of the fill; its layers fit the level. The lowest layer stands e/2 and the distance of
+CONTACT above the bottom. That distance, from the surface of the wall, is also what every particle should have from every wall.
+
+A lattice point is kept when it lies inside the shell (a ray along the axis crosses the surface an odd number of times above the point) and
+lacks no more than D/2 of that distance. Kept points that lack some of it are moved away from the wall until they have it. So a round wall
+leaves as much of its lattice out as in: the water is neither packed nor loose, and keeps its level when it settles. The volume is the
+true one: mass = rho_0 volume / N, and D_0 = (volume / N)^(1/3).
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from ...errors import SceneError
+from ...geometry.holes import lids
 from ...geometry.mesh import SurfaceMesh
 from ...geometry.surfaces import mesh_key
 from ...scene.schema import Scene
@@ -81,11 +84,11 @@ def fill(fluid: Fluid, spacing: float, mesh: SurfaceMesh | None = None, thicknes
         n = np.maximum(1, np.round((hi - lo) / d).astype(int))
         return Filling(_lattice(lo + 0.5 * (hi - lo) / n, (hi - lo) / n, n), fluid.fill.volume, d, fluid.water.density)
     assert mesh is not None, "what fills a shell needs its mesh"
-    if (mesh.edges.sides[:, 1] < 0).any():
+    if (mesh.edges.sides[:, 1] < 0).any() and not getattr(surface, "holds", False):
         raise SceneError(f"fluid '{fluid.name}': shell '{fluid.fill.shell}' is open, so it has no inside to fill; close it")
     axis = AXES[fluid.fill.axis]
     turn = [(axis + 1) % 3, (axis + 2) % 3, axis]
-    triangles = _triangles(mesh)[:, :, turn]
+    triangles = np.concatenate([_triangles(mesh), lids(mesh)])[:, :, turn]
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
     top = high[2] - 0.5 * thickness
     level = top if fluid.fill.level is None else fluid.fill.level
@@ -271,7 +274,8 @@ def _measured(triangles: np.ndarray, thickness: float, level: float, d: float) -
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
     n = np.ceil((high - low)[:2] / (0.25 * d)).astype(int)
     step = (high - low)[:2] / n
-    x, y = np.meshgrid(*(low[c] + step[c] * (np.arange(n[c]) + 0.5001) for c in range(2)))
+    # a hair aside, by another one in y: off the edges and the diagonals of a regular lattice
+    x, y = np.meshgrid(*(low[c] + step[c] * (np.arange(n[c]) + aside) for c, aside in enumerate((0.5001, 0.50037))))
     line, height = _crossings(np.column_stack([x.ravel(), y.ravel()]), triangles)
     order = np.lexsort((height, line))
     inside = np.minimum(height[order], level + 0.5 * thickness)  # in at odd crossings, out at even ones

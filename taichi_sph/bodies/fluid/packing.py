@@ -9,6 +9,8 @@ the force of a uniform pressure with its sign (as the transport velocity of Adam
 wetted.py. Below a free level nothing moves along the axis, for there b is not zero.
 """
 
+from typing import Any
+
 import numpy as np
 
 from ... import runtime
@@ -21,7 +23,7 @@ ENOUGH, MOST = 4e-3, 40  # of D: the largest move of a round that is small enoug
 NEAR = 1.2  # |w| over 1 / 2h where a particle is 0.4 D off an even wall
 
 
-def even_out(body, axis: str, level: float | None) -> np.ndarray:
+def even_out(body: Any, axis: str, level: float | None) -> np.ndarray:
     """(N, 3) places of the particles of a FluidBody that fills a shell up to `level` [m] along `axis` (None: to the top)."""
     p, near, pairs = body.p, body.near, body.pairs
     h = body.support * p.spacing

@@ -17,6 +17,10 @@ One pass needs the pressure of the neighbours now, which their density rates giv
 s* = s_n-1 + dt (2 rate_n-1 - rate_n-2), and corrects s_n. For a wave of frequency w this damps amplitudes by
 (w dt)^4 / 2 a step and is stable up to w dt = 0.70, against 2 for two passes; the energy it takes is booked (`lag`).
 The rates are those of the fluid alone: what surfaces do to a density over the step is known when its pressure is needed.
+
+Fluids of different density meet in the same sums: forces are of volumes, so the pressure is one across their interface (Hu and Adams 2006,
+Grenier et al. 2009). Viscosity across it is the harmonic mean of the two fluids'; density diffuses within one fluid only. Both keep every
+pair symmetric, so that momentum is kept and the energy taken is booked.
 """
 
 from typing import Any
@@ -61,7 +65,8 @@ class FluidPairs:
     ) -> None:
         """support phi = h / D; tait: the law of all; cut: some have a least pressure; origin [m]: pair records are relative to it, which
         single precision needs."""
-        self.p, self.near, self.walls, self.support, self.wet = p, near, walls, support, None
+        self.p, self.near, self.walls, self.support = p, near, walls, support
+        self.wet: Any = None
         self.wets = False
         self.tait, self.cut = tait, cut
         self.mixes = len(p.masses) > 1

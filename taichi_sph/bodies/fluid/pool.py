@@ -1,5 +1,7 @@
 """The pool of fluid particles. Data only, in the order of their cells, which changes: `id` tells who is who."""
 
+from typing import Any
+
 import numpy as np
 
 from ... import runtime
@@ -14,7 +16,6 @@ NARROWEST, WIDEST = 0.90, 1.03
 STIFFNESS, GAMMA, LEAST, DENSITY, SPACING, INVERSE, LINEAR, QUADRATIC, EPS2, DIFFUSION, SOUND2, OWN, CONSTANTS = range(13)
 
 
-@ti.data_oriented
 class FluidParticles(Pool):
     """n particles of one or several fluids. `of` (N,): number of each particle's fluid in the group, by number at the start."""
 
@@ -28,7 +29,7 @@ class FluidParticles(Pool):
         # f64 always, or a step would be lost in its rounding
         self.x = new("x", n, 3, "f64", unit="m", keeps=True, doc="place")
         self.v = new("v", n, 3, unit="m/s", keeps=True, doc="velocity at the half step before")
-        self.mass = new("mass", n, unit="kg")
+        self.mass = new("mass", n, unit="kg", doc="mass of the particle")
         self.s = new("s", n, keeps=True, doc="rho / rho_0 - 1")
         self.rate = new("rate", n, unit="1/s", keeps=True, doc="of s, over the step before")
         self.rate_before = new("rate_before", n, unit="1/s", keeps=True, doc="of s, over the step before that one")
@@ -61,7 +62,7 @@ class FluidParticles(Pool):
         runtime.put(self.id, np.arange(self.n, dtype=np.int32))
         runtime.put(self.body, self.of)
 
-    def reorder(self, source) -> None:
+    def reorder(self, source: Any) -> None:
         """Move the particles: the one at place k comes from source[k]."""
         _reorder(self, source, self.n)
 

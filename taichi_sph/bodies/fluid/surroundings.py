@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ...pool import Pool
-from ...runtime import ti
 
 
-@ti.data_oriented
 class Surroundings(Pool):
     """`lightest` [kg/m2]: mass per area of the lightest body that the fluid can press on.
 

@@ -13,7 +13,6 @@ MOST = 6  # walls within reach of one place: a box as narrow as that has six
 NONE = [-1] * MOST
 
 
-@ti.data_oriented
 class Walls(Pool):
     """Rigid planes, each with its hole if it has one."""
 
@@ -21,7 +20,7 @@ class Walls(Pool):
         super().__init__(name)
         self.n = len(walls)
         self.holed = any(wall.hole is not None for wall in walls)
-        self.point = self.field("point", self.n, 3, "f64", unit="m")
+        self.point = self.field("point", self.n, 3, "f64", unit="m", doc="a point of the plane")
         self.normal = self.field("normal", self.n, 3, "f64", doc="unit vector towards the fluid")
         self.centre = self.field("centre", self.n, 3, "f64", unit="m", doc="of the hole")
         self.radius = self.field("radius", self.n, dtype="f64", unit="m", doc="of the hole; 0: there is none")

@@ -11,7 +11,6 @@ from ...scene.histories import Points
 from .nodes import Nodes
 
 
-@ti.data_oriented
 class Curves(Pool):
     """Histories as data: the points of all of them in one table, curve k from first[k] to first[k + 1]; equal ones stand there once."""
 
@@ -31,7 +30,6 @@ class Curves(Pool):
         return self.known.index(curve)
 
 
-@ti.data_oriented
 class Loads(Pool):
     """Nodal forces and moments by entries (node, load, history); motions by number, found through nodes.fixed."""
 
@@ -102,7 +100,6 @@ class Loads(Pool):
             self.set(time)
 
 
-@ti.data_oriented
 class NodalLoad(Pool):
     """One kind of nodal load: `total` (N, c) on the nodes now, from entries (node, value, history)."""
 

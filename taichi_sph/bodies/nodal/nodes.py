@@ -22,7 +22,6 @@ def body_of(pool: ti.template(), i):
     return b
 
 
-@ti.data_oriented
 class Nodes(Pool):
     """Shell nodes: mass and motion."""
 

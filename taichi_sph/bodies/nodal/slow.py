@@ -21,7 +21,6 @@ from .loads import Loads
 from .nodes import Nodes
 
 
-@ti.data_oriented
 class SlowNodes(Pool):
     """The books of nodes that are due every `every` steps."""
 

@@ -12,7 +12,6 @@ from ...runtime import ti
 from .said import Rigid
 
 
-@ti.data_oriented
 class RigidBodies(Pool):
     """State: x, v, q, L (v and L at the half step before); force and torque are overwritten each step, and f_max keeps the
     largest force until it is taken (`hardest`). Turning is kept as angular momentum in space, which contact alone changes,

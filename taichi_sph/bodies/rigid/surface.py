@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from .group import RigidGroup
 
 
-@ti.data_oriented
 class RigidPoints(Pool):
     """Points of a group of rigid bodies; water stands on their outside only."""
 

@@ -27,7 +27,6 @@ from .slits import slits
 from .stress import resultants
 
 
-@ti.data_oriented
 class Collocation(Pool):
     """The term. `force` overwrites nodes.force (and nodes.couple); `links` are touched by rupture."""
 

@@ -17,7 +17,6 @@ from .pool import Cells
 THESIS_STEP = 0.15  # D/c, the step to which eta belongs (T 2.4: cstab 0.15)
 
 
-@ti.data_oriented
 class EdgeFilter(Damper):
     """The term."""
 

@@ -51,7 +51,6 @@ GAUSS = 0.5 / np.sqrt(3.0)
 LOOK, STEP, JUMP = 0, 1, 2  # why residuals are evaluated: to see the forces, to go on in time, after a rupture
 
 
-@ti.data_oriented
 class Galerkin(Pool):
     """The term. `force` overwrites nodes.force (and nodes.couple); `links` are touched by rupture."""
 

@@ -24,7 +24,6 @@ from ...pool import Pool
 from ...runtime import ti
 
 
-@ti.data_oriented
 class Links(Pool):
     """CSR neighbourhoods. Public fields: start (R+1), source (P), coef (P) or (P, 2 or 3), alive (R)
     and, where `transposed`, t_start (S+1), t_row (P), t_coef (P)."""

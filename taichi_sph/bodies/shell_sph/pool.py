@@ -15,7 +15,6 @@ from ...scene.materials import Material
 from ..nodal.nodes import Nodes
 
 
-@ti.data_oriented
 class Cells(Pool):
     """Stress points, one per cell: geometry (constant), damage and energy (history).
 
@@ -170,7 +169,6 @@ class Section(NamedTuple):
     width: float = 0.0
 
 
-@ti.data_oriented
 class MaterialPool(Pool):
     """Constants of the materials, one row a body, as fields so that changing a number recompiles nothing.
 

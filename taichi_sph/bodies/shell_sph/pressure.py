@@ -37,7 +37,6 @@ class Pressed:
         return self.value * factor(self.curve, time)
 
 
-@ti.data_oriented
 class SurfacePressures(Pool):
     """The pressures on a group of shells, one row for each cell that each presses on. `press` adds to the side forces of the
     internal term."""

@@ -28,7 +28,6 @@ from .links import Links
 K, EXPONENT = 1e-2, 2  # T 2.55
 
 
-@ti.data_oriented
 class SelectiveShear(Pool):
     """Owns the neighbourhoods of the shear; the collocation form calls it where it would use its own."""
 

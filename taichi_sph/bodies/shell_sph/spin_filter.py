@@ -14,7 +14,6 @@ from .damper import Damper
 from .links import Links
 
 
-@ti.data_oriented
 class SpinFilter(Damper):
     """The term."""
 

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from .group import ShellGroup
 
 
-@ti.data_oriented
 class ShellPoints(Pool):
     """Points of a group of shells; water may stand on both sides of them."""
 

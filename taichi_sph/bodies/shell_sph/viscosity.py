@@ -25,7 +25,6 @@ from .damper import Damper
 from .links import Links
 
 
-@ti.data_oriented
 class PairViscosity(Damper):
     """The term."""
 

@@ -18,6 +18,7 @@ Bodies that pairs link are a part (pairs.py). Each part has its own tolerance an
 another one far away.
 """
 
+import math
 import time as clock
 
 import numpy as np
@@ -37,7 +38,6 @@ FAR = 1e30  # m: a way after which anything must be searched
 SMALL = 1e-2  # of the fastest speed: an approach below it is not resolved any finer
 
 
-@ti.data_oriented
 class Contact(Pool):
     """All contact of a run. `add` puts its forces on the bodies; the rest is for the record."""
 
@@ -86,7 +86,7 @@ class Contact(Pool):
         if not pairs.n:
             return
         port.offer(pairs.bounds, Now())
-        _measure(self, pairs.n, port.n_bodies, port.turning, 0.0, self.skin, 0, 0)
+        _measure(self, 0, pairs.n, port.n_bodies, port.turning, 0.0, self.skin, 0, 0)
         owner = runtime.get(port.whose, pairs.n_who)
         a, b = (owner[runtime.get(side, pairs.n)] for side in (pairs.a, pairs.b))
         gap = runtime.get(pairs.gap, pairs.n)
@@ -114,9 +114,8 @@ class Contact(Pool):
         acts = 0
         if pairs.n:
             port.offer(pairs.bounds, now)
-            acts = _measure(self, pairs.n, port.n_bodies, port.turning, now.dt, self.skin, 1, step)
+            acts = _measure(self, pairs.n_who, pairs.n, port.n_bodies, port.turning, now.dt, self.skin, 1, step)
             if acts:
-                _weigh(self, pairs.n_who, pairs.n, port.turning)
                 self._solve()
                 port.take(pairs.bounds, now)
         self.touching = _book(self, pairs.n, self.blocks, port.turning, now.dt_before, now.dt, 1.0 / now.kick, acts)
@@ -137,10 +136,11 @@ class Contact(Pool):
         error = np.inf
         while self.iterations < self.settings.iterations:
             some = min(some, self.settings.iterations - self.iterations)
-            for _ in range(some):
-                following = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * t * t))
-                _iterate(self, pairs.n_who, pairs.n, turning, (t - 1.0) / following)
-                t = following
+            for done in range(0, some, 2):
+                second, third = _next(t), _next(_next(t))
+                twice = int(some - done > 1)
+                _iterate(self, pairs.n_who, pairs.n, turning, (t - 1.0) / second, (second - 1.0) / third, twice)
+                t = third if twice else second
             self.iterations += some
             some = min(2 * some, CHECK)
             error = _error(self, pairs.n_who, pairs.n, self.port.n_bodies, turning, self.settings.tolerance)
@@ -176,6 +176,11 @@ class Contact(Pool):
             "penetration": self.penetration,
             "seconds": self.seconds,
         }
+
+
+def _next(t: float) -> float:
+    """Nesterov's sequence."""
+    return 0.5 * (1.0 + math.sqrt(1.0 + 4.0 * t * t))
 
 
 @ti.kernel
@@ -226,9 +231,17 @@ def _geometry(contact: ti.template(), k, a, b, turning):
 
 @ti.kernel
 def _measure(
-    contact: ti.template(), n: ti.i32, bodies: ti.i32, turning: ti.i32, dt: ti.f64, skin: ti.f64, speeds: ti.i32, step: ti.i32
+    contact: ti.template(),
+    n_who: ti.i32,
+    n: ti.i32,
+    bodies: ti.i32,
+    turning: ti.i32,
+    dt: ti.f64,
+    skin: ti.f64,
+    speeds: ti.i32,
+    step: ti.i32,
 ) -> ti.i32:
-    """Where each pair is and how fast it closes; returns how many bodies are in parts that close faster than they may."""
+    """Where each pair is, how fast it closes, and its weight; returns how many bodies are in parts that close faster than they may."""
     port, pairs = contact.port, contact.pairs
     ti.loop_config(serialize=True)
     for b in range(bodies):
@@ -282,17 +295,12 @@ def _measure(
             port.pushed[b], contact.open[b] = acts, acts
             contact.scale[b] = ti.max(contact.closing[b], SMALL * contact.top[b])
             acting += acts
-    return acting
-
-
-@ti.kernel
-def _weigh(contact: ti.template(), n_who: ti.i32, n: ti.i32, turning: ti.i32):
-    port, pairs = contact.port, contact.pairs
     for m in range(n_who):
-        count = 0
-        for e in range(pairs.first[m], pairs.first[m + 1]):
-            count += pairs.near[pairs.entry[e] // 2]
-        contact.share[m] = count
+        if contact.open[pairs.part[m]] == 1:
+            count = 0
+            for e in range(pairs.first[m], pairs.first[m + 1]):
+                count += pairs.near[pairs.entry[e] // 2]
+            contact.share[m] = count
     for k in range(n):
         a, b = pairs.a[k], pairs.b[k]
         if pairs.near[k] == 1 and contact.open[pairs.part[a]] == 1:
@@ -303,6 +311,7 @@ def _weigh(contact: ti.template(), n_who: ti.i32, n: ti.i32, turning: ti.i32):
             if weight <= 0.0:  # both are held: nothing to be done
                 pairs.near[k] = 0
                 pairs.p[k] = pairs.y[k] = 0.0
+    return acting
 
 
 @ti.func
@@ -340,27 +349,47 @@ def _corrected(contact: ti.template(), k, a, b, turning):
     return pairs.slack[k] + v.dot(pairs.normal[k])
 
 
+@ti.func
+def _change(contact: ti.template(), m, turning):
+    """Change of velocity of the mover at place m by the impulses y."""
+    port = contact.port
+    J, L = _impulse(contact, m, turning, 1)
+    contact.dv[m] = port.ease[m] * J
+    if m >= turning:
+        contact.dw[m - turning] = port.spin(m, turning, L)
+
+
+@ti.func
+def _project(contact: ti.template(), k, turning, beta):
+    """One step of pair k down the gradient, back to p >= 0, and on by the momentum beta."""
+    pairs = contact.pairs
+    a, b = pairs.a[k], pairs.b[k]
+    if contact.open[pairs.part[a]] == 1:
+        r = _corrected(contact, k, a, b, turning)
+        p = ti.max(0.0, pairs.y[k] - r / pairs.weight[k])
+        step = p - pairs.p[k]
+        y = p + beta * step
+        if r * step > 0.0:
+            y = p
+        pairs.p[k], pairs.y[k] = p, y
+
+
 @ti.kernel
-def _iterate(contact: ti.template(), n_who: ti.i32, n: ti.i32, turning: ti.i32, beta: ti.f64):
-    """Changes of velocity by the impulses y, then the projection of each pair; in the parts that are not solved yet."""
-    port, pairs = contact.port, contact.pairs
+def _iterate(contact: ti.template(), n_who: ti.i32, n: ti.i32, turning: ti.i32, first: ti.f64, second: ti.f64, twice: ti.i32):
+    """An iteration of the parts that are not solved yet, with the momentum `first`; twice 1: another one, with `second`."""
+    pairs = contact.pairs
     for m in range(n_who):
         if contact.open[pairs.part[m]] == 1:
-            J, L = _impulse(contact, m, turning, 1)
-            contact.dv[m] = port.ease[m] * J
-            if m >= turning:
-                contact.dw[m - turning] = port.spin(m, turning, L)
+            _change(contact, m, turning)
     for k in range(n):
         if pairs.near[k] == 1:
-            a, b = pairs.a[k], pairs.b[k]
-            if contact.open[pairs.part[a]] == 1:
-                r = _corrected(contact, k, a, b, turning)
-                p = ti.max(0.0, pairs.y[k] - r / pairs.weight[k])
-                step = p - pairs.p[k]
-                y = p + beta * step
-                if r * step > 0.0:
-                    y = p
-                pairs.p[k], pairs.y[k] = p, y
+            _project(contact, k, turning, first)
+    for m in range(n_who * twice):
+        if contact.open[pairs.part[m]] == 1:
+            _change(contact, m, turning)
+    for k in range(n * twice):
+        if pairs.near[k] == 1:
+            _project(contact, k, turning, second)
 
 
 @ti.kernel

@@ -33,7 +33,6 @@ from ...runtime import ti
 from ..ports import Port
 
 
-@ti.data_oriented
 class Table(Pool):
     """Body x body: whether they meet, Newton's restitution."""
 
@@ -47,7 +46,6 @@ class Table(Pool):
         runtime.put(self.restitution, restitution.ravel().astype(float))
 
 
-@ti.data_oriented
 class Pairs(Pool):
     """Candidates (ball, against) and what the solver keeps of each; incidence by mover; parts."""
 

@@ -111,7 +111,6 @@ class Springs(Coupling):
         return [self.bonds]
 
 
-@ti.data_oriented
 class Bonds(Pool):
     """The springs: constants, the movers of their ends, length and force now."""
 

@@ -1,43 +1,42 @@
-"""Pressure between water and what it wets: shells on either side, and rigid bodies.
+"""Pressure between a fluid and all surfaces that it wets: thin ones from both sides, solid ones from outside.
 
-Beyond a surface the kernel of a particle finds no water. What is missing there is an integral over the surface, because
-the gradient of W over a volume is W over its boundary (Kulasegaram et al. 2004, Ferrand et al. 2013):
+The kernel of a particle near a surface reaches beyond the surface, where there are no particles. The missing part of its sums is an
+integral over the surface, because the gradient of W over a volume is W over its boundary (Kulasegaram et al. 2004, Ferrand et al. 2013):
 
     integral beyond the surface of grad_i W dV = -w_i,     w_i = sum_k W(x_i - x_k) A_k
 
-A_k is the vector area of the piece of surface at the point k, towards the water. The half space there mirrors pressure
-and normal velocity of the particle itself, so that T 1.21 and T 1.26 gain
+The sum runs over the points k of the surface (bodies/wettable.py). A_k is the vector area of point k and points into the fluid. The half
+space beyond mirrors the pressure and the normal velocity of the particle itself. T 1.21 and T 1.26 then gain
 
     div_i = ... + 2 w_i . (v_i - v_k)
     f_i   = ... + V_i (2 p_i + Pi_i) w_i      and each point k its part of the opposite
 
-and, n along w_i, along the surface the mirror image of what is on this side, which is the same as weighing that more:
+Pi_i is T 1.24 of the particle against its own image at D/2. The mirror also holds images of the neighbours. Their part along the surface
+is made up by weighing the neighbours on this side more, n being the direction of w_i:
 
     grad W_ij becomes T_i grad W_ij beside v and p_i, and T_j grad W_ij beside p_j,     T_i = 1 + (1/gamma_i - 1) (1 - n n)
 
-with gamma_i the part of the kernel that lies in water. Without T a flow that turns along a wall would press its own
-layer together: half of its divergence would be missing there. The two are each other's transpose: pressure does on
-particle and surface together exactly the work that the density stores, and nothing is lost in a blow, as it is between
-pinballs. In water at one pressure the layers at D/2, 3D/2 ... bear the wall with 0.995 p (h/D = 1.165). Pi_i is T 1.24
-of the particle against its own image at D/2.
+gamma_i is the part of the kernel that lies in the fluid. Without T half of the divergence of a flow that turns along a wall would be
+missing, and such a flow would press its own layer together.
 
-A shell node carries the vector area of its sound cells as they lie now: stretch, holes and petals are in it, and a
-fragment, which has none left, is for the pinballs alone. It acts on the side where the particle is, e/2 off the
-mid-surface, and fades out over the last D/10 before its plane, so that water in a hole feels its rim evenly. Rigid
-bodies carry points on the outside of their pinballs. Where a shell lies between water and a body (a striker that still
-pushes its plug) the body's share is what w of the shell leaves of it.
+Force and divergence are each other's transpose. So pressure does exactly the work on particle and surface that the density stores, and a
+blow loses nothing, as it does between pinballs. In a fluid at one pressure the layers at D/2, 3D/2 ... bear the wall with 0.995 p
+(h/D = 1.165).
 
-Water on the other side of a wall is not seen through it: a pair whose normals oppose each other (n_i.n_j < -1/2) and that lies across
-the wall (x_ij.(n_i - n_j) > 0) counts
+A thin point acts on the side where the particle is, half a thickness off its middle. Its action fades out over the last D/10 before its
+middle plane, so that a particle in a hole feels the rim evenly. A shell's points are its nodes with the area of their sound cells as they
+lie now: stretch, holes and petals are in them; a fragment has no cell left and is met by pinballs alone. Where a thin surface lies between
+a particle and a solid one (a striker that still pushes its plug), the solid one's share is what w of the thin one leaves of it.
+
+Particles on the two sides of a wall do not see each other. A pair counts as parted when the normals oppose each other (n_i.n_j < -1/2)
+and the pair lies across the wall (x_ij.(n_i - n_j) > 0). It then counts
 
     1 - (c_i + c_j) / 2,     c = |w| over that of an even wall without end at the mean distance of the points (at most 1)
 
-so that towards a rim or a hole, where both see each other past the edge, it fades in as w fades out: linear, as w is in what is there
-of a wall.
+Towards a rim or a hole, where both particles see past the edge, c falls with w, and the pair fades in.
 
-Rigid planes show a particle images of the surfaces as well as of its neighbours.
-
-The pinballs remain behind this, at PINBALL D: they stop what no pressure stops, and keep a sound wall tight.
+Rigid planes show a particle images of the surfaces as well as of its neighbours. Pinballs stand behind the pressure, at a quarter of D:
+they stop what no pressure stops, and keep a sound wall tight.
 """
 
 from collections.abc import Sequence
@@ -49,7 +48,7 @@ from ... import runtime
 from ...bodies.fluid.surroundings import Surroundings
 from ...bodies.fluid.walls import MOST, NONE, RIM
 from ...bodies.wettable import SurfacePoints, Wettable
-from ...numerics.cells import CellGrid, bucket, cube, running
+from ...numerics.cells import CUBES, CellGrid, beside, cube, running
 from ...numerics.kernel import w2
 from ...pool import Pool
 from ...runtime import ti
@@ -63,7 +62,6 @@ SKIN = 0.25  # of D, of the lists
 FULL = 1.5  # |w| on a plane through the particle, over 1 / 2h: the integral of W over it
 
 
-@ti.data_oriented
 class Wetted(Pool):
     """The points of all surfaces that one group of fluids can press on; lists of who is near whom, both ways.
 
@@ -239,11 +237,9 @@ def _pair(t: ti.template(), point: ti.template(), n: ti.i32, inverse: ti.f64, ta
         x = t.built_particles[i]
         found = 0
         if write == 0 or t.s.start[i + 1] > t.s.start[i]:
-            home = cube(x, inverse)
-            for dx, dy, dz in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
-                there = home + ti.Vector([dx, dy, dz])
-                b = bucket(there, table)
-                for m in range(t.grid.start[b], t.grid.start[b + 1]):
+            for c in range(CUBES):
+                there, first, last = beside(t.grid, x, c, inverse, table)
+                for m in range(first, last):
                     k = t.grid.sorted[m]
                     away = t.built[k] - x
                     if away.norm_sqr() * inverse * inverse < 1.0 and all(cube(t.built[k], inverse) == there):

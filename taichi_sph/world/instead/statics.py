@@ -67,7 +67,6 @@ class Statics:
         return {"relaxation_steps": self.steps, "residual": float(max(relaxation.residual.max() for relaxation in self.relaxations))}
 
 
-@ti.data_oriented
 class Relaxation(Pool):
     """Brings a group to equilibrium under the loads of a pseudo-time. Each body has its own step, damping and residual, so that it
     moves as if it were alone."""
