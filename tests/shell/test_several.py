@@ -266,6 +266,7 @@ def test_the_watchdog_names_the_body():
         sim.look()
 
 
+@pytest.mark.long
 def test_several_shells_come_to_rest_together():
     """Bit for bit as alone where they need the same number of steps, and to the residual where they do not."""
 
@@ -385,6 +386,7 @@ def mixed() -> Scene:
     return together(torn("one", (0.0, 0.0, 0.0), "galerkin"), torn("two", NEAR, "galerkin"), (metal, loads))
 
 
+@pytest.mark.long
 def test_restart_and_threads():
     """Bit for bit, for shells of two laws and of two steps, from a step at which not all are due."""
     restarts_exactly(lambda: World(mixed()), 121, 60)

@@ -47,14 +47,13 @@ def test_each_tank_moves_as_if_it_were_alone():
     grid and origin, and what moves in one tank would time the lists of the other: the last bits would follow from both."""
     scene = both()
     parted = apart(scene)
-    dt, found, kernels = 0.0, {}, {}
+    dt, found = 0.0, {}
     for what in (parted, one(scene, "left"), one(scene, "right")):
         world = World(what, threads=2)
         dt = dt or 0.5 * world.dt
         for _ in range(STEPS):
             world.dt = dt  # a wall that is squeezed asks for another step, in each world at another time
             world.advance(1)
-        kernels[len(what.shells)] = len(runtime.kernels())
         for body in world.frame().bodies:
             arrays = {**body.point_data, **body.cell_data, "points": body.points}
             if body.kind == "rigid":  # its frame is made by NumPy, whose last bits follow from the length of arrays
@@ -70,7 +69,6 @@ def test_each_tank_moves_as_if_it_were_alone():
                 scale = np.nanmax(np.abs(other.astype(float)), initial=1e-30)
                 assert np.allclose(one_of, other, rtol=0, atol=1e-9 * scale, equal_nan=True), f"{key} of {name}"
     assert 0 < abs(found["bullet_left"][0]["v"][0]) < 730, "the bullet has met its tank"
-    assert kernels[2] == kernels[1], "a second tank compiles kernels of its own"
 
 
 @pytest.mark.long
