@@ -24,7 +24,6 @@ from taichi_sph.scene import (
     material,
 )
 from taichi_sph.scene.supports import clamped, held
-from taichi_sph.world.step import step
 
 from ..exact import same_state
 from ..plates import start
@@ -118,7 +117,7 @@ def test_the_step_holds_under_compression():
         dt = first if part is None else part * sim.dt
         top = 0.0
         for k in range(400):
-            step(sim, dt, dt)
+            sim.take(dt, dt)
             if k % 20 == 0:
                 top = max(top, np.abs(runtime.get(sim.shell.nodes.v, sim.shell.nodes.n)).max())
         fastest.append(top)
@@ -289,7 +288,7 @@ def test_collocation_takes_the_same_stresses(motion):
     for formulation in ("galerkin", "collocation"):
         sim = start(bar(25.0, 1e-4, strength=Power(A=A, B=1e9, n=1), formulation=formulation, motion=motion))
         while sim.time < 4e-5:
-            step(sim, sim.dt, sim.dt)
+            sim.take(sim.dt, sim.dt)
             sim.time += sim.dt
         middle = np.abs(sim.shell.mesh.centres[:, 0] - 5e-3) < 2e-3
         found.append((cells(sim, "plastic")[middle].mean(), cells(sim, "stress")[middle, 0].mean()))
