@@ -50,7 +50,9 @@ def momentum(sim):
     return total
 
 
-@pytest.mark.parametrize(("e", "thicker", "every"), [(None, 1, None), (1.0, 1, None), (0.5, 2, None), (1.0, 1, 2)])
+@pytest.mark.parametrize(
+    ("e", "thicker", "every"), [(None, 1, None), (1.0, 1, None), (0.5, 2, None), pytest.param(1.0, 1, 2, marks=pytest.mark.long)]
+)
 def test_a_plate_thrown_flat_at_a_plate(e, thicker, every):
     """As bars in one dimension: what does not bounce takes the common speed, equal plates of restitution 1 exchange theirs. every: steps
     of the clock between two of the upper plate's own, which then stands in another group."""

@@ -113,7 +113,7 @@ def test_start_inside_the_shell_is_refused():
         start(centre=(0, 0, TOP - 0.5e-3))
 
 
-@pytest.mark.parametrize("precision", ["f64", "f32"])
+@pytest.mark.parametrize("precision", ["f64", pytest.param("f32", marks=pytest.mark.long)])
 def test_restart_is_exact(precision):
     restarts_exactly(lambda: start(precision=precision), 60, 60)
 

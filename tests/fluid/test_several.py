@@ -174,6 +174,7 @@ def tanks(*which: int, apart: bool = True) -> Scene:
     )  # fmt: skip
 
 
+@pytest.mark.long
 def test_two_tanks_apart_are_each_as_alone():
     """Their waters do not meet, so that each has its own lists: bit for bit at the same step."""
     both = start(tanks(0, 1))

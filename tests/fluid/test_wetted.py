@@ -199,7 +199,7 @@ def test_water_does_not_see_through_a_wall():
     assert np.abs(rate[above] - rate_alone)[middle].max() < 0.01 * np.abs(rate_alone).max()
 
 
-@pytest.mark.parametrize("thickness", [1e-3, 2e-4])
+@pytest.mark.parametrize("thickness", [1e-3, pytest.param(2e-4, marks=pytest.mark.long)])
 def test_a_plate_between_two_waters_swings_and_nothing_comes_through(thickness):
     """Light between two heavy layers: the step of the fluid holds (fluid_body.SWING), the balance closes, no particle changes its side."""
     d, half = 0.02, 0.08
@@ -236,7 +236,7 @@ def test_a_plate_between_two_waters_swings_and_nothing_comes_through(thickness):
     assert ((runtime.get(f.p.x, f.p.n)[back, 2] > 0) == (start_z > 0)).all()  # each on its side
 
 
-@pytest.mark.parametrize("rigids, walled", [((), False), ((), True), ((BULLET,), False)])
+@pytest.mark.parametrize("rigids, walled", [pytest.param((), False, marks=pytest.mark.long), ((), True), ((BULLET,), False)])
 def test_pressure_does_the_work_that_the_density_stores(rigids, walled):
     """sum f.v over particles, nodes and bodies = sum V p div v, at any positions and velocities, between planes too."""
     scene = can(rigids=rigids)

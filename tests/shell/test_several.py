@@ -139,7 +139,7 @@ PAIRS = {
 }
 
 
-@pytest.mark.parametrize("kind", PAIRS)
+@pytest.mark.parametrize("kind", ["brittle", "metal", *(pytest.param(kind, marks=pytest.mark.long) for kind in ("collocation", "pressed"))])
 def test_each_of_two_plates_moves_as_if_it_were_alone(kind):
     """Bit for bit, though the second stands half a spacing beside the first; and with the same kernels."""
     make, numerics, steps = PAIRS[kind]

@@ -51,7 +51,7 @@ def pulled(path: Path, axis: int, merge: bool, formulation: Galerkin | Collocati
     return runtime.get(nodes.u, nodes.n), world.energies()["elastic"]
 
 
-@pytest.mark.parametrize("formulation", [Galerkin(), Collocation()], ids=lambda f: f.kind)
+@pytest.mark.parametrize("formulation", [Galerkin(), pytest.param(Collocation(), marks=pytest.mark.long)], ids=lambda f: f.kind)
 def test_the_lips_of_a_slit_part(tmp_path, formulation):
     path, low, high = slit_plate(tmp_path)
     u, energy = pulled(path, 1, False, formulation)

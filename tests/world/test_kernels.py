@@ -10,6 +10,7 @@ from taichi_sph.scene import (
     Cut,
     Cylinder,
     Fluid,
+    Meeting,
     Numerics,
     Perfect,
     Pinball,
@@ -18,15 +19,17 @@ from taichi_sph.scene import (
     Scene,
     Shell,
     ShellFill,
+    Spring,
     Static,
     SurfacePressure,
     material,
 )
 
-from ..plates import SIDE, plate_scene, start, tearing
+from ..plates import CELLS, SIDE, plate_scene, start, tearing
 
 PACKAGE = Path(__file__).parents[2] / "taichi_sph"
 ELSEWHERE = {"numerics.triad"}  # the benchmark's own
+OTHER_DEVICE = {"numerics.cells._buckets", "numerics.neighbours._cells"}  # instead of serial kernels: tests/numerics/test_doubles.py
 
 
 def kernels() -> set[str]:
@@ -87,4 +90,14 @@ def test_every_kernel_is_exercised(monkeypatch):
     sim.advance(20)
     sim.restore(sim.state())
     sim.energies(), sim.frame()
-    assert kernels() - run == set()
+    # two plates, one with a step of its own, joined by a spring
+    plate = plate_scene(motion="free").shells[0]
+    shells = [plate, plate.model_copy(update={"name": "slow", "every": 2})]
+    spring = Spring(name="s", between=("plate", "slow"), points=((0, 0, 0), (SIDE, 0, 0)), stiffness=1e5)
+    joined = Scene(
+        name="two", title="", source="tests", shells=shells, springs=[spring], duration=1e-4,
+        pressures=[SurfacePressure(shell="slow", value=1e4)], meetings=[Meeting(between=("plate", "slow"), meet=False)],
+        numerics=Numerics(spacing=SIDE / CELLS),
+    )  # fmt: skip
+    start(joined).advance(3)
+    assert kernels() - run == OTHER_DEVICE

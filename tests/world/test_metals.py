@@ -145,7 +145,9 @@ def test_a_plate_blown_up_until_it_tears(layers):
     assert (cells(sim, "plastic")[broken] > 0.2).any()
 
 
-@pytest.mark.parametrize("precision, layers", [("f64", None), ("f32", None), ("f64", 3)])
+@pytest.mark.parametrize(
+    "precision, layers", [("f64", None), pytest.param("f32", None, marks=pytest.mark.long), pytest.param("f64", 3, marks=pytest.mark.long)]
+)
 def test_restart_is_exact(precision, layers):
     law = JohnsonCook(A=57.27e6, B=79.64e6, n=0.316, C=0.37848, rate0=1e-3, layers=layers)
     damage = LemaitreChaboche(threshold=0, rupture=0.1, critical=0.25)

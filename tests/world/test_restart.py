@@ -13,7 +13,9 @@ from .test_rupture import B1
 N = 30
 
 
-@pytest.mark.parametrize("kind, precision", [("galerkin", "f64"), ("collocation", "f64"), ("galerkin", "f32")])
+@pytest.mark.parametrize(
+    "kind, precision", [("galerkin", "f64"), pytest.param("collocation", "f64", marks=pytest.mark.long), ("galerkin", "f32")]
+)
 def test_n_and_restart_and_n_is_2n(kind, precision):
     """Bit for bit, in a Taichi started afresh, after ruptures; ledger and time step too."""
     scene = tearing(kind, cells="quad", irregularity=0.0, precision=precision)
@@ -55,7 +57,7 @@ def test_a_foreign_state_is_refused(checkpoint, spoil):
     assert same_state(sim.state(), before) == []
 
 
-@pytest.mark.parametrize("kind", ["galerkin", "collocation"])
+@pytest.mark.parametrize("kind", ["galerkin", pytest.param("collocation", marks=pytest.mark.long)])
 def test_one_and_two_threads(kind):
     """4600 nodes (several blocks for every thread), until a dozen cells have broken."""
     states = []
