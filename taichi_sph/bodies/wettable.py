@@ -71,7 +71,7 @@ class SurfacePoints(Pool):
 
 
 class Wettable(Protocol):
-    """The points of one group. `lightest` [kg/m2]: mass per area of the lightest body that is free to move, infinite where none is;
+    """Points of one group. `lightest` [kg/m2]: mass per area of the lightest body that is free to move, infinite where none is;
     `halves` [m]: the half thicknesses that thin points have."""
 
     n: int
@@ -93,14 +93,13 @@ class Wettable(Protocol):
 class Wets(Protocol):
     """A group that has points to be wetted."""
 
-    def wettable(self, name: str, spacing: float, meets: Callable[[str], bool]) -> Wettable | None:
+    def wettables(self, name: str, spacing: float, meets: Callable[[str], bool]) -> Sequence[Wettable]:
         """Its points, about `spacing` [m] apart where the group is free to choose; name: of the pools that they need; meets: whether
-        a body of that name is met at all. None: nothing of the group can be wetted."""
+        a body of that name is met at all. Points of bodies that are not met stay out: how far they go would tell when lists are made."""
         ...
 
 
 def wettables(groups: Sequence[Any], name: str, spacing: float, meets: Callable[[str], bool]) -> list[Wettable]:
     """The points of all groups that have some."""
-    able = [group for group in groups if hasattr(group, "wettable")]
-    found = [group.wettable(f"{name}.surface_{k}", spacing, meets) for k, group in enumerate(able, start=1)]
-    return [one for one in found if one is not None]
+    able = [group for group in groups if hasattr(group, "wettables")]
+    return [one for k, group in enumerate(able, start=1) for one in group.wettables(f"{name}.surface_{k}", spacing, meets)]

@@ -95,10 +95,10 @@ class RigidGroup(Rest):
             found[f"rigid_{name}"] = row | {"f_max": float(hardest[r])}
         return found
 
-    def wettable(self, name: str, spacing: float, meets: Callable[[str], bool]) -> RigidPoints | None:
+    def wettables(self, name: str, spacing: float, meets: Callable[[str], bool]) -> list[RigidPoints]:
         """The points that water presses on."""
         points = RigidPoints(name, self, self.scene.rigids, spacing, meets)
-        return points if points.n else None
+        return [points] if points.n else []
 
     def surface(self) -> RigidSurface:
         return RigidSurface(self)

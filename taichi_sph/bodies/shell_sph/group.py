@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -186,9 +187,12 @@ class ShellGroup(Rest):
         whole = np.all(runtime.get(self.loads.mask, int(group.max())), axis=1)
         return (group > 0) & whole[np.maximum(group, 1) - 1]
 
-    def wettable(self, name: str, spacing: float, meets: Callable[[str], bool]) -> ShellPoints | None:
-        """The points that water presses on: the nodes, wherever they are."""
-        return ShellPoints(name, self, meets) if self.nodes.bends else None
+    def wettables(self, name: str, spacing: float, meets: Callable[[str], bool]) -> list[ShellPoints]:
+        """The points that water presses on: the nodes of the shells that are met, wherever they are."""
+        if not self.nodes.bends:
+            return []
+        runs = [list(run) for met, run in groupby(self.shells, key=lambda body: meets(body.name)) if met]
+        return [ShellPoints(f"{name}_{k}" if k > 1 else name, self, run) for k, run in enumerate(runs, start=1)]
 
     def stored(self) -> float:
         """Elastic energy [J]: live cells and residuals."""

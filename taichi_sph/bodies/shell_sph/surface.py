@@ -1,7 +1,7 @@
 """The surface of shells for water: every node is a point, with the vector area of its sound cells as they lie now."""
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,40 +16,36 @@ if TYPE_CHECKING:
 
 
 class ShellPoints(Pool):
-    """Points of a group of shells; water may stand on both sides of them."""
+    """Points of shells that stand one after the other in their group; water may stand on both sides of them."""
 
     thin = True
 
-    def __init__(self, name: str, group: "ShellGroup", meets: Callable[[str], bool]):
+    def __init__(self, name: str, group: "ShellGroup", shells: Sequence[Any]):
         super().__init__(name)
         self.nodes, self.cells, mesh = group.nodes, group.cells, group.mesh
-        self.n = n = self.nodes.n
-        half, met = np.zeros(n), np.zeros(n, bool)
-        for body in group.shells:
-            own = slice(body.nodes.first, body.nodes.first + body.nodes.n)
-            half[own], met[own] = 0.5 * body.said.thickness, meets(body.name)
+        self.begin, self.n = shells[0].nodes.first, sum(body.nodes.n for body in shells)
+        half = np.repeat([0.5 * body.said.thickness for body in shells], [body.nodes.n for body in shells])
         self.halves = np.unique(half).tolist()
-        self.half_of = self.field("half_of", n, dtype="f64", unit="m", doc="half the thickness at a node")
+        self.half_of = self.field("half_of", self.n, dtype="f64", unit="m", doc="half the thickness at a point")
         self.turn = self.field(
-            "turn",
-            self.cells.n,
-            dtype="f64",
-            doc="1: corners are numbered round the director, -1: against it; 0: of a body that is not met",
+            "turn", self.cells.n, dtype="f64", doc="1: corners of a cell of the group are numbered round the director, -1: against it"
         )
         runtime.put(self.half_of, half)
-        runtime.put(self.turn, _turns(mesh) * met[mesh.cells[:, 0]])
-        free = ~group.held() & met
-        self.lightest = float((runtime.get(self.nodes.mass, n)[free] / mesh.node_areas[free]).min(initial=np.inf))
+        runtime.put(self.turn, _turns(mesh))
+        own = slice(self.begin, self.begin + self.n)
+        free = ~group.held()[own]
+        weights = runtime.get(self.nodes.mass, self.nodes.n)[own] / mesh.node_areas[own]
+        self.lightest = float(weights[free].min(initial=np.inf))
 
     def pools(self) -> Sequence[Pool]:
         return [self]
 
     def lay(self, points: SurfacePoints, first: int, since: float) -> None:
-        _lay(points, self, first, self.n, since)
+        _lay(points, self, first, self.begin, self.n, since)
 
     def bear(self, points: SurfacePoints, first: int, times: int) -> None:
         if times:
-            _bear(points, self.nodes, first, self.n, times)
+            _bear(points, self.nodes, first, self.begin, self.n, times)
 
 
 def _turns(mesh: SurfaceMesh) -> np.ndarray:
@@ -66,8 +62,9 @@ def place(nodes: ti.template(), i):
 
 
 @ti.kernel
-def _lay(points: ti.template(), shell: ti.template(), first: ti.i32, n: ti.i32, since: ti.f64):
-    for i in range(n):
+def _lay(points: ti.template(), shell: ti.template(), first: ti.i32, begin: ti.i32, n: ti.i32, since: ti.f64):
+    for k in range(n):
+        i = begin + k
         a = ti.Vector([0.0, 0.0, 0.0], ti.f64)
         for m in range(shell.cells.start_of_node[i], shell.cells.start_of_node[i + 1]):
             s = shell.cells.of_node[m]
@@ -77,10 +74,10 @@ def _lay(points: ti.template(), shell: ti.template(), first: ti.i32, n: ti.i32, 
                 one = place(shell.nodes, shell.cells.corner[s][2]) - place(shell.nodes, shell.cells.corner[s][0])
                 two = place(shell.nodes, shell.cells.corner[s][3 if last == 3 else 0]) - place(shell.nodes, shell.cells.corner[s][1])
                 a += 0.5 * shell.turn[s] / (last + 1.0) * one.cross(two)
-        points.note(first + i, place(shell.nodes, i), a, ti.cast(shell.nodes.v[i], ti.f64), shell.half_of[i], 1, since)
+        points.note(first + k, place(shell.nodes, i), a, ti.cast(shell.nodes.v[i], ti.f64), shell.half_of[k], 1, since)
 
 
 @ti.kernel
-def _bear(points: ti.template(), nodes: ti.template(), first: ti.i32, n: ti.i32, times: ti.i32):
-    for i in range(n):
-        nodes.force[i] += times * points.push[first + i]
+def _bear(points: ti.template(), nodes: ti.template(), first: ti.i32, begin: ti.i32, n: ti.i32, times: ti.i32):
+    for k in range(n):
+        nodes.force[begin + k] += times * points.push[first + k]
