@@ -96,7 +96,10 @@ class Contact(Pool):
         allowed = 1e-3 * self.skin
         if gap[k] < -allowed:
             one, two = (f"{port.of(body).group.kind} '{port.names[body]}'" for body in (a[k], b[k]))
-            raise SceneError(f"{one} starts {1e3 * -gap[k]:.3g} mm inside {two}: move one of them away, pinballs touch at most")
+            hint = "move one of them away, pinballs touch at most"
+            if port.loose[a[k]] or port.loose[b[k]]:
+                hint += "; a filling whose particles are coarse comes to lie in the corners of its vessel: lower the fluid's spacing"
+            raise SceneError(f"{one} starts {1e3 * -gap[k]:.3g} mm inside {two}: {hint}")
 
     def add(self, now: Now, common: int) -> None:
         """Forces of contact at the present time, once all others are known. common: steps after which all groups are due together."""
