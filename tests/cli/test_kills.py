@@ -28,6 +28,7 @@ SCENES = {
     "striker": ("plate_perforation", ["duration=150us"]),
     "water": ("dam_break", ["duration=100ms"]),
     "tank": ("tank_leak", ["numerics.spacing=16mm", "fluids.0.spacing=24mm", "duration=1.2ms"]),
+    "bodies": ("two_tanks", ["duration=600us"]),  # two shells, two fluids, two strikers
 }
 
 
