@@ -94,7 +94,7 @@ def make(scene: Scene, memory_there: int | None = None) -> Made:
     """The meshes of the shells and the fillings of the fluids; SceneError where those would not fit into `memory_there` bytes."""
     meshes = {shell.name: mesh_of(shell, scene) for shell in scene.shells}
     check_counts(scene, memory_there, meshes)
-    return Made(meshes, {f.name: fill_fluid(f, scene, meshes.get(getattr(f.fill, "shell", ""))) for f in scene.fluids})
+    return Made(meshes, {f.name: fill_fluid(f, scene, meshes) for f in scene.fluids})
 
 
 def plan(scene: Scene, node_steps_per_second: float = 1e6) -> Plan:

@@ -7,7 +7,7 @@ import pytest
 
 from taichi_sph import runtime
 from taichi_sph.errors import RunStopped, SceneError
-from taichi_sph.scene import Cylinder, InitialVelocity, Material, Meeting, Numerics, Pinball, Plate, Rigid, Scene, Shell
+from taichi_sph.scene import Cylinder, Fluid, InitialVelocity, Material, Meeting, Numerics, Pinball, Plate, Rigid, Scene, Shell, ShellFill
 from taichi_sph.world.world import World
 
 STEEL = Material(name="steel", young=210e9, poisson=0.3, density=7800.0)
@@ -198,3 +198,28 @@ def test_a_list_without_room_says_so():
 def test_shells_that_start_in_each_other_are_refused_by_name():
     with pytest.raises(SceneError, match="shell 'low' starts 0.3 mm inside shell 'high'|shell 'high' starts 0.3 mm inside shell 'low'"):
         start([plate("low", 0.0), plate("high", 0.5e-3)], {})
+
+
+@pytest.mark.long
+def test_a_baffle_in_a_filled_can():
+    """The can's water, thrown along, carries the plate that stands across it: all momentum stays, and no water crosses the plate."""
+    can = Shell(name="can", surface=Cylinder(radius=0.05, length=0.1, ends="discs"), thickness=1e-3, material=STEEL, motion="free")
+    across = Plate(length=0.06, width=0.06, origin=(-0.03, -0.03, 0.05))
+    baffle = Shell(name="baffle", surface=across, thickness=1e-3, material=STEEL, motion="free")
+    water = Fluid(name="water", fill=ShellFill(shell="can"), velocity=(0.0, 0.0, 2.0))
+    sim = start([can, baffle], {}, fluids=[water], spacing=8e-3)
+    f = sim.fluid
+    inside = (np.abs(f.points[:, :2]) < 0.02).all(axis=1)
+
+    def total():
+        return momentum(sim)[2] + float(runtime.get(f.p.mass, f.p.n) @ runtime.get(f.p.v, f.p.n)[:, 2])
+
+    def above():
+        heights = runtime.get(f.p.x, f.p.n)[f.numbered()][inside, 2]
+        return np.sign(heights - 0.05 - of(sim, "baffle", "u")[:, 2].mean())
+
+    sides, before = above(), total()
+    sim.advance_to(1e-3)
+    assert total() == pytest.approx(before, rel=1e-6)
+    assert of(sim, "baffle", "u")[:, 2].mean() > 2e-4 and (above() == sides).all()
+    assert abs(sim.energies()["closed_residual_percent"]) < 2.0

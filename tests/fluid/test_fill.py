@@ -8,7 +8,7 @@ from taichi_sph.bodies.fluid.fill import CONTACT, fill
 from taichi_sph.bodies.fluid.said import Fluid, FluidBox, ShellFill
 from taichi_sph.errors import SceneError
 from taichi_sph.geometry.surfaces import generate
-from taichi_sph.scene import BoxTank, CappedTank, Cylinder, HoleIn, Numerics
+from taichi_sph.scene import BoxTank, CappedTank, Cylinder, HoleIn, Numerics, Plate
 
 D, E = 0.0125, 0.001
 CAN = Cylinder(radius=0.15, length=0.4, ends="discs", origin=(1.0, 0, 0))
@@ -91,3 +91,21 @@ def test_a_vent_and_a_box_without_a_lid_hold_water():
 def test_refused(surface, level, said):
     with pytest.raises(SceneError, match=said):
         filled(surface, level)
+
+
+@pytest.mark.parametrize("contact", CONTACT)
+@pytest.mark.parametrize("aside", [0.0, 0.3 * D])
+def test_particles_keep_off_a_baffle(aside, contact):
+    """An upright plate in the can, whose edges end 60 mm before its wall: both sides are wet, and the water is less by the plate."""
+    baffle, thick = Plate(length=0.18, width=0.24, origin=(0.91, aside, 0.08), normal=(0, -1, 0), along=(1, 0, 0)), 3e-3
+    fluid = Fluid(name="water", fill=ShellFill(shell="tank"), contact=contact)
+    can, plate = (generate(surface, Numerics(spacing=D)) for surface in (CAN, baffle))
+    f, plain = fill(fluid, D, can, E, CAN, [(plate, thick)]), fill(fluid, D, can, E, CAN)
+    assert f.volume == pytest.approx(plain.volume - 0.18 * 0.24 * thick, rel=1e-9)
+    x = f.points - [1.0, aside, 0.2]
+    beside = (np.abs(x[:, 0]) < 0.09) & (np.abs(x[:, 2]) < 0.12)
+    clear = CONTACT[contact] * 0.95 * D + thick / 2
+    assert np.abs(x[beside, 1]).min() > clear - 1e-9
+    assert (x[beside, 1] > 0).sum() > 100 < (x[beside, 1] < 0).sum()
+    bare = 2 * np.pi * 0.15 * 0.55 + 2 * 0.18 * 0.24
+    assert len(x) * cell(f) == pytest.approx(f.volume - (CONTACT[contact] - 0.5) * f.lattice * bare, rel=0.02), "no layer is lost"

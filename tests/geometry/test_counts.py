@@ -47,7 +47,7 @@ def test_particles_are_counted(name):
     scene = load_scene(SCENES / f"{name}.py")
     fluid = scene.fluids[0]
     shell = next((s for s in scene.shells), None)
-    true = len(fill_fluid(fluid, scene, mesh_of(shell, scene) if shell else None).points)
+    true = len(fill_fluid(fluid, scene, {s.name: mesh_of(s, scene) for s in scene.shells}).points)
     found = particles(fluid, scene.numerics.spacing, shell.surface if shell else None, shell.thickness if shell else 0.0)
     assert found == pytest.approx(true, rel=0.05)
 

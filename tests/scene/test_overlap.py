@@ -92,7 +92,7 @@ def test_what_the_plan_made_is_not_made_again():
     planned = plan(scene)
     made = planned.made
     assert mesh_of(scene.shells[0], scene) is made.meshes["c"] and mesh_of(scene.shells[1], scene) is made.meshes["d"]
-    assert fill_fluid(scene.fluids[0], scene, made.meshes["c"]) is made.fillings["w"]
+    assert fill_fluid(scene.fluids[0], scene, made.meshes) is made.fillings["w"]
     assert len(made.meshes["d"].points) > 3 * len(made.meshes["c"].points)
     assert mesh_of(scene.shells[0].model_copy(update={"seed": 1}), scene) is not made.meshes["c"]
     assert [body.name for body in planned.bodies] == ["c", "d", "w"] and planned.bodies[1].dt < planned.bodies[0].dt

@@ -7,11 +7,13 @@ A lattice point is kept when it lies inside the shell (a ray along the axis cros
 lacks no more than D/2 of that distance. Kept points that lack some of it are moved away from the wall until they have it. So a round wall
 leaves as much of its lattice out as in: the water is neither packed nor loose, and keeps its level when it settles. The volume is the
 true one: mass = rho_0 volume / N, and D_0 = (volume / N)^(1/3).
+
+Other shells that the fluid meets (baffles) are walls with water on both sides: the particles keep off them as well.
 """
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from weakref import WeakValueDictionary
 
@@ -62,22 +64,39 @@ class Filling:
 _MADE: WeakValueDictionary[Hashable, Filling] = WeakValueDictionary()
 
 
-def fill_fluid(fluid: Fluid, scene: Scene, mesh: SurfaceMesh | None) -> Filling:
-    """The particles of a fluid of a scene; mesh: of its shell, where it has one. As long as somebody holds the filling (the plan of a run
-    does), it is not made again."""
+def fill_fluid(fluid: Fluid, scene: Scene, meshes: Mapping[str, SurfaceMesh]) -> Filling:
+    """The particles of a fluid of a scene; meshes: of its shells. As long as somebody holds the filling (the plan of a run does), it is
+    not made again."""
     spacing, name = scene.numerics_of(fluid).spacing, getattr(fluid.fill, "shell", None)
     if name is None:
         return fill(fluid, spacing)
     shell = next(s for s in scene.shells if s.name == name)
-    key = (fluid.fill, fluid.water.density, fluid.contact, spacing, shell.thickness, mesh_key(shell, scene))
+    baffles = [s for s in scene.shells if s is not shell and scene.met(fluid.name, s.name).meet and _beside(meshes[s.name], meshes[name])]
+    walls = tuple((s.thickness, mesh_key(s, scene)) for s in (shell, *baffles))
+    key = (fluid.fill, fluid.water.density, fluid.contact, spacing, walls)
     found = _MADE.get(key)
     if found is None:
-        found = _MADE[key] = fill(fluid, spacing, mesh, shell.thickness, shell.surface)
+        inside = [(meshes[s.name], s.thickness) for s in baffles]
+        found = _MADE[key] = fill(fluid, spacing, meshes[name], shell.thickness, shell.surface, inside)
     return found
 
 
-def fill(fluid: Fluid, spacing: float, mesh: SurfaceMesh | None = None, thickness: float = 0.0, surface: Surface | None = None) -> Filling:
-    """The particles of a fluid. mesh, thickness [m], surface: of the shell that it fills (surface: as the scene has it)."""
+def _beside(one: SurfaceMesh, other: SurfaceMesh) -> bool:
+    """Whether the boxes around two meshes have a place in common."""
+    low, high = (np.array([getattr(mesh.points, end)(axis=0) for mesh in (one, other)]) for end in ("min", "max"))
+    return bool((low.max(axis=0) <= high.min(axis=0)).all())
+
+
+def fill(
+    fluid: Fluid,
+    spacing: float,
+    mesh: SurfaceMesh | None = None,
+    thickness: float = 0.0,
+    surface: Surface | None = None,
+    baffles: Sequence[tuple[SurfaceMesh, float]] = (),
+) -> Filling:
+    """The particles of a fluid. mesh, thickness [m], surface: of the shell that it fills (surface: as the scene has it); baffles: meshes
+    and thicknesses of what stands inside."""
     d = fluid.spacing or spacing
     if isinstance(fluid.fill, FluidBox):
         lo, hi = np.array(fluid.fill.lo), np.array(fluid.fill.hi)
@@ -100,11 +119,19 @@ def fill(fluid: Fluid, spacing: float, mesh: SurfaceMesh | None = None, thicknes
     volume = _revolved(surface, thickness, fluid.fill.axis, level)
     if volume is None:
         volume = _measured(triangles, thickness, level, d)
+    bare = _area(triangles[triangles[:, :, 2].mean(axis=1) < level])
+    walls, half = triangles, np.full(len(triangles), 0.5 * thickness)
+    for baffle, e in baffles:
+        sides = _triangles(baffle)[:, :, turn]
+        middle = sides.mean(axis=1)
+        area = _area(sides[(middle[:, 2] < level) & _inside(middle, triangles)])
+        volume, bare = volume - area * e, bare + 2.0 * area
+        walls, half = np.concatenate([walls, sides]), np.append(half, np.full(len(sides), 0.5 * e))
     clear = CONTACT[fluid.contact]
-    wanted = max(volume - (clear - 0.5) * d * _area(triangles[triangles[:, :, 2].mean(axis=1) < level]), min(d, 1e50) ** 3)
+    wanted = max(volume - (clear - 0.5) * d * bare, min(d, 1e50) ** 3)
     best = np.inf
     for pitch in PITCHES:
-        there, cell = _lattice_in(triangles, d * pitch, low, high, level, thickness, clear)
+        there, cell = _lattice_in(triangles, walls, half, d * pitch, level, clear)
         found = abs(len(there) * cell / wanted - 1)
         if found < best:
             points, lattice, best = there, float(np.cbrt(cell)), found
@@ -116,12 +143,13 @@ def fill(fluid: Fluid, spacing: float, mesh: SurfaceMesh | None = None, thicknes
 
 
 def _lattice_in(
-    triangles: np.ndarray, d: float, low: np.ndarray, high: np.ndarray, level: float, thickness: float, clear: float
+    triangles: np.ndarray, walls: np.ndarray, half: np.ndarray, d: float, level: float, clear: float
 ) -> tuple[np.ndarray, float]:
-    """The points of a lattice of spacing d (upright: what fits the level) in a closed surface, `clear` d off its walls, and the volume of
-    its cell [m3]."""
-    margin = clear * d + 0.5 * thickness
-    least = max(margin - 0.5 * d, 0.5 * thickness)  # on a round wall
+    """The points of a lattice of spacing d (upright: what fits the level) in a closed surface, `clear` d off all walls, and the volume of
+    its cell [m3]. walls (T, 3, 3): the triangles of the surface, then those of baffles; half (T,) [m]: half the thickness of each."""
+    low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+    margin = clear * d + half[0]
+    least = max(margin - 0.5 * d, half[0])  # on a round wall
     n = np.floor((high - low - 2 * least) / d + 1 + 1e-6).astype(int)
     room = level - 0.5 * d - low[2] - margin  # between the lowest and the highest layer
     n[2] = int(np.round(room / d)) + 1
@@ -131,9 +159,7 @@ def _lattice_in(
     first = np.append(0.5 * (low + high - (n - 1) * d)[:2], low[2] + margin)
     points = _lattice(first, step, n)
     points = points[_inside(points, triangles)]
-    away = _away(points, triangles, margin)
-    keep = np.linalg.norm(away, axis=1) > least - CLOSER * d
-    return _moved_off(points[keep], away[keep], triangles, margin), float(step.prod())
+    return _moved_off(points, walls, half, clear * d, max(clear - 0.5, 0.0) * d, CLOSER * d), float(step.prod())
 
 
 def _area(triangles: np.ndarray) -> float:
@@ -193,26 +219,30 @@ def _inside(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return (end - below) % 2 == 1
 
 
-def _moved_off(points: np.ndarray, away: np.ndarray, triangles: np.ndarray, margin: float) -> np.ndarray:
-    """The points, those that stand nearer to a wall than `margin` moved off it; in corners one wall after the other."""
-    points, near = points.copy(), np.arange(len(points))
+def _moved_off(points: np.ndarray, walls: np.ndarray, half: np.ndarray, clear: float, least: float, rounding: float) -> np.ndarray:
+    """The points that stand `least` [m] or more off the surface of every wall. Those nearer than `clear` [m] are moved; in corners off one
+    wall after the other. half (T,) [m]: half the thickness of each triangle of walls (T, 3, 3)."""
+    away, wall = _away(points, walls, clear + half.max())
+    keep = np.linalg.norm(away, axis=1) > least + half[wall] - rounding
+    points, away, wall = points[keep], away[keep], wall[keep]
+    near = np.arange(len(points))
     for _ in range(4):
-        distance = np.linalg.norm(away, axis=1)
+        distance, margin = np.linalg.norm(away, axis=1), clear + half[wall]
         short = (distance < margin * (1 - 1e-9)) & (distance > 0)
-        near, away, distance = near[short], away[short], distance[short]
-        points[near] += (margin / distance - 1)[:, None] * away
-        away = _away(points[near], triangles, margin)
+        near, away = near[short], away[short]
+        points[near] += (margin[short] / distance[short] - 1)[:, None] * away
+        away, wall = _away(points[near], walls, clear + half.max())
     return points
 
 
-def _away(points: np.ndarray, triangles: np.ndarray, reach: float) -> np.ndarray:
-    """(N, 3) way from the nearest triangle to each point [m]; beyond `reach` only its length counts: infinite."""
+def _away(points: np.ndarray, triangles: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+    """(N, 3) way from the nearest triangle to each point [m], and (N,) its number. Beyond `reach` only the length counts: infinite."""
     from scipy.spatial import cKDTree
 
     centre = triangles.mean(axis=1)
     radius = np.linalg.norm(triangles - centre[:, None], axis=2).max()
     tree = cKDTree(centre)
-    result = np.full(points.shape, np.inf)
+    result, number = np.full(points.shape, np.inf), np.zeros(len(points), int)
     close = np.nonzero(tree.query(points)[0] < reach + radius)[0]
     for part in np.array_split(close, max(1, len(close) // 20_000)):
         lists = tree.query_ball_point(points[part], reach + radius)
@@ -223,10 +253,10 @@ def _away(points: np.ndarray, triangles: np.ndarray, reach: float) -> np.ndarray
         i = np.repeat(part, count)
         away = points[i] - _feet(points[i], triangles[t])
         order = np.lexsort((np.linalg.norm(away, axis=1), i))
-        i, away = i[order], away[order]
+        i, away, t = i[order], away[order], t[order]
         first = np.append(True, i[1:] != i[:-1])
-        result[i[first]] = away[first]
-    return result
+        result[i[first]], number[i[first]] = away[first], t[first]
+    return result, number
 
 
 def _feet(p: np.ndarray, t: np.ndarray) -> np.ndarray:

@@ -65,7 +65,7 @@ class FluidGroup(Rest):
         """name: of the pools."""
         self.scene, self.name = scene, name
         meshes = {shell.name: shell.mesh for group in others if group.kind == "shell" for shell in group.shells}
-        fillings = [fill_fluid(fluid, scene, meshes.get(getattr(fluid.fill, "shell", None))) for fluid in fluids]
+        fillings = [fill_fluid(fluid, scene, meshes) for fluid in fluids]
         _one_pool(scene, fluids, fillings)
         walls = [wall for wall in scene.walls if wall.holds(fluids[0].name)]
         self.body = FluidBody(list(zip(fluids, fillings)), scene.gravity or (0.0, 0.0, 0.0), walls, name=name)
