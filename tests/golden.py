@@ -67,6 +67,7 @@ def machine() -> dict[str, str]:
     flags = known.get("flags", "").split()
     return {
         "processor": known.get("model name", platform.processor()),
+        "model": " ".join(known.get(key, "") for key in ("cpu family", "model")),  # the name may stand for several
         "instructions": " ".join(name for name in ("sse4_2", "avx", "avx2", "fma", "avx512f") if name in flags),
         "libc": " ".join(platform.libc_ver()),
         "numpy": version("numpy"),
