@@ -20,12 +20,12 @@ from pathlib import Path
 import numpy as np
 
 from taichi_sph import runtime
+from taichi_sph.bodies.shell_sph.instead.modes import free_directions
 from taichi_sph.errors import TaichiSphError
 from taichi_sph.output.record import machine, versions
 from taichi_sph.scene import Scene
 from taichi_sph.scene.script import load_scene
 from taichi_sph.verification.elements import shell_stiffness
-from taichi_sph.world.instead.modes import free_directions
 from taichi_sph.world.world import World
 
 SCENES = Path(__file__).resolve().parents[1] / "scenes"

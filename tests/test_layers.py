@@ -26,10 +26,6 @@ SHARED = {"nodal"}  # what kinds share
 EXCEPTIONS = {  # module: what it still knows and should not; an entry that is not needed any more fails
     "couplings.wetted.coupling": {"bodies.fluid"},  # the one interaction that is of fluids by its nature
     "couplings.wetted.wetted": {"bodies.fluid"},
-    "observers.leak": {"bodies.fluid", "bodies.shell_sph"},
-    "world.instead.limit": {"bodies.shell_sph"},
-    "world.instead.modes": {"bodies.shell_sph"},
-    "world.instead.statics": {"bodies.shell_sph"},
 }
 SAID = {
     "errors",

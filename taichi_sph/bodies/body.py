@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
     from ..frame import BodyFrame
@@ -76,6 +76,35 @@ class Entries:
         for mine, theirs in ((self.internal, other.internal), (self.numerical, other.numerical)):
             for name, value in theirs.items():
                 mine[name] = mine.get(name, 0.0) + value
+
+
+class Clocked(Protocol):
+    """What stands in place of motion sees of a world: `time` [s] and `step` of its clock; `take`, one step of the bodies."""
+
+    time: float
+    step: int
+
+    def take(self, dt_before: float, dt: float) -> None: ...
+
+
+class InPlace(Protocol):
+    """What is done in place of motion. work: of the loads so far [J]; rule: what sets its steps, in words."""
+
+    units: dict[str, str]  # of entries of the status
+
+    @property
+    def work(self) -> float: ...
+
+    @property
+    def rule(self) -> str: ...
+
+    def pools(self) -> Sequence[Pool]: ...
+
+    def settle(self, time: float) -> None:
+        """One step of it, to the pseudo-time `time` [s]."""
+        ...
+
+    def status(self) -> dict[str, float]: ...
 
 
 class Group(Protocol):
@@ -145,6 +174,10 @@ class Group(Protocol):
         """What couplings see of the group; None where nothing can touch it."""
         ...
 
+    def instead(self, world: Clocked, alike: Sequence[Any]) -> InPlace | None:
+        """What the scene asks of all groups of this kind, `alike`, in place of motion; None where they move."""
+        ...
+
 
 class Rest:
     """What a kind that has nothing to say of something says. Kinds derive from it and write what they need."""
@@ -184,6 +217,9 @@ class Rest:
         return {}
 
     def surface(self) -> Surface | None:
+        return None
+
+    def instead(self, world: Clocked, alike: Sequence[Any]) -> InPlace | None:
         return None
 
 

@@ -12,16 +12,15 @@ those particles that may have come to a wall since they were last asked.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from .. import runtime
+from ..bodies.body import Span
 from ..pool import Pool
 
 if TYPE_CHECKING:
-    from ..bodies.fluid.group import FluidGroup
-    from ..bodies.shell_sph.group import ShellGroup
     from ..scene.schema import Scene
 
 
@@ -31,12 +30,30 @@ UNITS = {
 }  # fmt: skip
 
 
+class Walls(Protocol):
+    """What the gauge reads of a group that holds a fluid: `nodes` with u, v, N, d and fragment, `cells` with broken; of a body, what was
+    said of it, its mesh, and its spans of nodes and cells."""
+
+    nodes: Any
+    cells: Any
+
+    def of(self, name: str) -> Any: ...
+
+
+class Filled(Protocol):
+    """What the gauge reads of a group that is held: `body` with the pool p of particles, numbered() and fastest()."""
+
+    body: Any
+
+    def of(self, name: str) -> Span: ...
+
+
 class LeakGauge(Pool):
     """Watches one fluid in one closed shell. name: of its history."""
 
     kept = ("outside", "room", "looked", "before", "rate", "jet")
 
-    def __init__(self, name: str, tank: ShellGroup, shell: str, fluid: FluidGroup, filled: str):
+    def __init__(self, name: str, tank: Walls, shell: str, fluid: Filled, filled: str):
         """tank, fluid: the groups; shell, filled: names of the bodies."""
         super().__init__(name)
         self.tank, self.shell = tank, tank.of(shell)

@@ -18,9 +18,6 @@ from ..observers.leak import UNITS, gauges
 from ..pool import Pool, restore_all, state_of
 from ..scene import Scene
 from . import watchdog
-from .instead.limit import LimitSearch
-from .instead.modes import ModeSearch
-from .instead.statics import Statics
 from .ledger import balance, summed
 from .step import step
 
@@ -51,7 +48,6 @@ class World:
         runtime.start(arch, scene.numerics.precision, threads)
         self.scene = scene
         self.clock = Clock()
-        self.relaxation: Any = None  # of world.instead: what is done in place of motion
         self.stepping = 0.0  # s of wall clock in steps
         self.groups: list[Any] = []
         for kind in body_kinds():
@@ -63,18 +59,21 @@ class World:
         for one in (*self.groups, *self.couplings):
             one.start()
         self._fit_dt()
-        if scene.static is not None:
-            self.relaxation = Statics(self, [group for group in self.groups if group.kind == "shell"], scene.static)
-        elif scene.modes is not None:
-            self.relaxation = ModeSearch(self, self.shell, scene.modes.count)
-        elif scene.limit is not None:
-            self.relaxation = LimitSearch(self, self.shell, scene.limit.steps, scene.limit.resolution)
+        self.relaxation = self._instead()
         if self.relaxation is not None:
             self.dt = scene.duration / scene.increments
         for group in self.groups:
             group.strain(Now())  # so that the first step finds its kernels ready
         runtime.ti.sync()
         self.compile_seconds = clock.perf_counter() - began
+
+    def _instead(self) -> Any:
+        """What is done in place of motion (bodies.body.InPlace); None where bodies move."""
+        for kind in dict.fromkeys(group.kind for group in self.groups):
+            alike = [group for group in self.groups if group.kind == kind]
+            if (found := alike[0].instead(self, alike)) is not None:
+                return found
+        return None
 
     @property
     def time(self) -> float:

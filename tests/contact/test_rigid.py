@@ -8,26 +8,8 @@ import pytest
 from taichi_sph import runtime
 from taichi_sph.scene import Numerics, Pinball, PinballContact, Rigid, Scene
 
+from ..balls import ball, start
 from ..exact import restarts_exactly
-
-
-def ball(name, centre, velocity=(0.0, 0.0, 0.0), mass=1.0, radius=0.1, **more):
-    return Rigid(name=name, mass=mass, pinballs=[Pinball(centre=centre, radius=radius)], velocity=velocity, **more)
-
-
-def start(*bodies, duration=0.1, gravity=None, **contact):
-    from taichi_sph.world.world import World
-
-    scene = Scene(
-        name="rigid",
-        title="rigid bodies",
-        source="tests",
-        rigids=bodies,
-        gravity=gravity,
-        duration=duration,
-        numerics=Numerics(spacing=0.1, contact=PinballContact(**contact) if contact else None),
-    )
-    return World(scene)
 
 
 def velocities(sim):
@@ -91,7 +73,7 @@ def test_a_stack_stands():
     """Five balls on a held one: each contact carries what lies above it, and nothing sinks."""
     floor = ball("floor", (0, 0, -0.5), radius=0.5, held=True, mass=100.0)
     stack = [ball(f"b{k}", (0, 0, 0.1 + 0.2 * k)) for k in range(5)]
-    sim = start(floor, *stack, duration=0.2, gravity=(0, 0, -9.81), tolerance=1e-8)
+    sim = start(floor, *stack, duration=0.2, gravity=(0, 0, -9.81), contact=PinballContact(tolerance=1e-8))
     sim.advance_to(0.2)
     z = runtime.get(sim.rigids.x, 6)[1:, 2]
     assert z == pytest.approx([0.1 + 0.2 * k for k in range(5)], abs=1e-6)

@@ -10,10 +10,18 @@ import pytest
 from taichi_sph import runtime
 from taichi_sph.scene import Spring
 
+from .. import balls
 from ..exact import restarts_exactly
-from ..springs import ball, world
 
 K, M = 800.0, 2.0
+
+
+def ball(name: str, x: float, mass: float, **more):
+    return balls.ball(name, (x, 0, 0), mass=mass, radius=0.05, **more)
+
+
+def world(springs, rigids, duration: float = 1.0, safety: float = 0.9, **more):
+    return balls.start(*rigids, duration=duration, springs=springs, threads=1, spacing=0.01, time_step_safety=safety, **more)
 
 
 def place(sim, r: int = 0) -> np.ndarray:

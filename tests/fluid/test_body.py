@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from taichi_sph.bodies.fluid.pool import STIFFNESS
+from taichi_sph.bodies.fluid.columns import STIFFNESS
 from taichi_sph.bodies.fluid.said import Hole, Wall, Water
 from taichi_sph.pool import restore_all, state_of
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from taichi_sph import runtime
-from taichi_sph.bodies.fluid.pool import STIFFNESS
+from taichi_sph.bodies.fluid.columns import STIFFNESS
 from taichi_sph.bodies.fluid.said import Tait, Water
 from taichi_sph.numerics.kernel import w2_slope
 from taichi_sph.runtime import ti

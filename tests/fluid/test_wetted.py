@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from taichi_sph import runtime
-from taichi_sph.bodies.fluid.pool import STIFFNESS
+from taichi_sph.bodies.fluid.columns import STIFFNESS
 from taichi_sph.bodies.rigid.surface import surface
 from taichi_sph.scene import (
     Box,

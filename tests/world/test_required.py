@@ -147,8 +147,9 @@ def test_water_alone_has_nothing_of_a_shell():
     ]
 
 
-STEP = {f"bodies.shell_sph.galerkin.{name}" for name in ("_row_values", "_cell_forces", "_edge_forces", "_node_forces")} | {
-    "bodies.nodal.motion.kick_and_drift"
+STEP = {f"bodies.shell_sph.galerkin.{name}" for name in ("_row_values", "_edge_forces", "_node_forces")} | {
+    "bodies.shell_sph.stress.of_sound_cells",
+    "bodies.nodal.motion.kick_and_drift",
 }
 STRIKER = {
     *(f"bodies.rigid.pool.{name}" for name in ("rest", "move")),

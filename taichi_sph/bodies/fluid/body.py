@@ -24,26 +24,12 @@ from ...numerics.neighbours import Neighbours
 from ...numerics.reduce import Reducer
 from ...pool import Pool
 from ..body import Span
+from . import columns
 from .fill import Filling
 from .motion import drift, stored_energy
 from .packing import even_out
 from .pairs import FluidPairs
-from .pool import (
-    CONSTANTS,
-    DENSITY,
-    DIFFUSION,
-    EPS2,
-    GAMMA,
-    INVERSE,
-    LEAST,
-    LINEAR,
-    OWN,
-    QUADRATIC,
-    SOUND2,
-    SPACING,
-    STIFFNESS,
-    FluidParticles,
-)  # fmt: skip
+from .pool import FluidParticles
 from .said import Fluid, FluidBox, ShellFill, Wall
 from .surroundings import Surroundings
 from .walls import Walls
@@ -56,17 +42,22 @@ ANY = -1e301  # Pa, the least pressure of a fluid that bears any tension
 
 
 def constants(fluid: Fluid, own: float, spacing: float) -> np.ndarray:
-    """(CONSTANTS,) what the pass has to know of a fluid of D_0 = own [m] in a group of that spacing [m]."""
+    """(columns.COUNT,) what the pass has to know of a fluid of D_0 = own [m] in a group of that spacing [m]."""
     water, h, whole = fluid.water, fluid.support * own, fluid.support * spacing
-    found = np.zeros(CONSTANTS)
-    found[STIFFNESS] = water.density * water.sound**2
-    found[GAMMA] = getattr(water.law, "gamma", 0.0)
-    found[LEAST] = ANY if water.tension is None else -water.tension
-    found[DENSITY], found[SOUND2] = water.density, water.sound**2
-    found[SPACING], found[INVERSE], found[EPS2], found[OWN] = spacing, 0.5 / whole, 0.01 * whole * whole, own
-    found[LINEAR] = fluid.alpha * water.density * water.sound * h
-    found[QUADRATIC] = fluid.beta * water.density * h * h
-    found[DIFFUSION] = 2.0 * fluid.delta * h / (water.density * water.sound)
+    found = np.zeros(columns.COUNT)
+    found[columns.STIFFNESS] = water.density * water.sound**2
+    found[columns.GAMMA] = getattr(water.law, "gamma", 0.0)
+    found[columns.LEAST] = ANY if water.tension is None else -water.tension
+    found[columns.DENSITY], found[columns.SOUND2] = water.density, water.sound**2
+    found[columns.SPACING], found[columns.INVERSE], found[columns.EPS2], found[columns.OWN] = (
+        spacing,
+        0.5 / whole,
+        0.01 * whole * whole,
+        own,
+    )
+    found[columns.LINEAR] = fluid.alpha * water.density * water.sound * h
+    found[columns.QUADRATIC] = fluid.beta * water.density * h * h
+    found[columns.DIFFUSION] = 2.0 * fluid.delta * h / (water.density * water.sound)
     return found
 
 
@@ -92,7 +83,7 @@ class FluidBody(Pool):
         self.spans = [Span(fluid.name, k, n - k) for fluid, k, n in zip(self.fluids, first, first[1:])]
         spacing, masses = max(filling.spacing for filling in fillings), np.array([filling.mass for filling in fillings])
         self.constants = np.array([constants(fluid, filling.spacing, spacing) for fluid, filling in fluids])
-        self.law = eos_tait if self.constants[0, GAMMA] > 0.0 else eos_acoustic
+        self.law = eos_tait if self.constants[0, columns.GAMMA] > 0.0 else eos_acoustic
         self.support, self.sound = self.fluids[0].support, max(fluid.water.sound for fluid in self.fluids)
         self.gravity = np.asarray(gravity, float)
         self.sorts = 0
@@ -108,7 +99,7 @@ class FluidBody(Pool):
         self.origin = points.mean(axis=0)
         self.points = points
         self.surroundings: Surroundings | None = None
-        cut = bool((self.constants[:, LEAST] > ANY).any())
+        cut = bool((self.constants[:, columns.LEAST] > ANY).any())
         self.pairs = FluidPairs(p, self.near, self.walls, self.support, self.law is eos_tait, cut, self.gravity, self.origin)
         self.reducer = Reducer(p.n, f"{name}.reduce")
         self.compressed = self.injected = self.fallen_from = self.dt = 0.0
@@ -156,7 +147,7 @@ class FluidBody(Pool):
         layers: list[Any] = []  # so far: box across, depths of top and bottom [m], pressure at the top [Pa], density
         for b in np.argsort([depth[self.p.of == b].min() for b in range(len(self.fluids))], kind="stable"):
             own, c, fluid = self.p.of == b, self.constants[b], self.fluids[b]
-            d = c[OWN]
+            d = c[columns.OWN]
             low, high = self.points[own][:, across].min(axis=0) - 0.5 * d, self.points[own][:, across].max(axis=0) + 0.5 * d
             top, bottom = depth[own].min() - 0.5 * d, depth[own].max() + 0.5 * d
             pressure = fluid.water.density * g * (depth[own] - depth[own].min() + 0.5 * d)
@@ -165,7 +156,7 @@ class FluidBody(Pool):
                 if (low < high_a).all() and (low_a < high).all() and bottom_a > top - d:
                     borne = borne_a + density * g * (top - top_a)
             if fluid.hydrostatic:
-                s[own] = self.law.compressions(c[STIFFNESS], c[GAMMA], pressure + borne)
+                s[own] = self.law.compressions(c[columns.STIFFNESS], c[columns.GAMMA], pressure + borne)
             layers.append((low, high, top, bottom, borne, fluid.water.density))
         return s
 
@@ -180,7 +171,7 @@ class FluidBody(Pool):
         found = np.zeros(self.p.n)
         for b, c in enumerate(self.constants):
             own = body == b
-            found[own] = np.maximum(self.law.pressures(c[STIFFNESS], c[GAMMA], s[own]), c[LEAST])
+            found[own] = np.maximum(self.law.pressures(c[columns.STIFFNESS], c[columns.GAMMA], s[own]), c[columns.LEAST])
         return found
 
     def sort(self) -> None:
@@ -217,7 +208,7 @@ class FluidBody(Pool):
         pace = self.p.spacing / (self.sound + self.fastest())
         longest = LIMIT * self.support * pace
         if self.surroundings is not None:
-            swings = STIFF * (1.0 + 2.0 * float(self.constants[:, DENSITY].max()) * self.p.spacing / self.surroundings.lightest)
+            swings = STIFF * (1.0 + 2.0 * float(self.constants[:, columns.DENSITY].max()) * self.p.spacing / self.surroundings.lightest)
             longest = min(longest / ALONG, SWING * pace / math.sqrt(swings))
         return longest
 
@@ -268,5 +259,5 @@ class FluidBody(Pool):
             "points": runtime.get(p.x, p.n)[back],
             "velocity": runtime.get(p.v, p.n)[back].astype(np.float64),
             "pressure": self.pressure()[back],
-            "density": self.constants[p.of[own], DENSITY] * (1.0 + runtime.get(p.s, p.n)[back].astype(np.float64)),
+            "density": self.constants[p.of[own], columns.DENSITY] * (1.0 + runtime.get(p.s, p.n)[back].astype(np.float64)),
         }

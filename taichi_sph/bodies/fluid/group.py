@@ -14,9 +14,9 @@ from ...numerics.reduce import fastest
 from ...pool import Pool
 from ...scene.schema import Scene
 from ..body import Entries, Now, Rest, Span
+from . import columns
 from .body import FluidBody
 from .fill import Filling, fill_fluid
-from .pool import OWN
 from .port import FluidSurface
 from .said import Fluid
 
@@ -143,7 +143,7 @@ class FluidGroup(Rest):
             data = self.body.frame(span)
             points = data.pop("points")
             data["reference"] = self.body.points[span.first : span.first + span.n]
-            data["diameter"] = np.full(span.n, self.body.constants[b, OWN])
+            data["diameter"] = np.full(span.n, self.body.constants[b, columns.OWN])
             data["outside"] = np.zeros(span.n, np.uint8)  # a gauge of leaks knows better
             found.append(BodyFrame(span.name, points, NO_CELLS, data, {}, kind="fluid"))
         return found

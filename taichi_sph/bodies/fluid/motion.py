@@ -6,8 +6,8 @@ from ... import runtime
 from ...laws import eos_acoustic, eos_tait
 from ...numerics.reduce import BLOCK, Reducer
 from ...runtime import ti
+from . import columns
 from .pairs import RECORD, FluidPairs
-from .pool import DENSITY, GAMMA, LEAST, SOUND2, STIFFNESS
 
 
 @ti.kernel
@@ -52,7 +52,7 @@ def _stored(partial: ti.template(), t: ti.template(), n: ti.i32, blocks: ti.i32,
         total = ti.cast(0.0, ti.f64)
         for i in range(b * BLOCK, ti.min(n, (b + 1) * BLOCK)):
             c = t.constants_of(i, alone)
-            stiffness, gamma, least = c[STIFFNESS], c[GAMMA], c[LEAST]
+            stiffness, gamma, least = c[columns.STIFFNESS], c[columns.GAMMA], c[columns.LEAST]
             s = ti.cast(t.p.s[i], ti.f64)
             beyond = ti.cast(0.0, ti.f64)
             if ti.static(t.cut):
@@ -61,10 +61,10 @@ def _stored(partial: ti.template(), t: ti.template(), n: ti.i32, blocks: ti.i32,
                 if ti.static(t.tait):
                     bottom = eos_tait.compression(stiffness, gamma, least)
                 if s < bottom:
-                    beyond = least / c[DENSITY] * (1.0 / (1.0 + bottom) - 1.0 / (1.0 + s))
+                    beyond = least / c[columns.DENSITY] * (1.0 / (1.0 + bottom) - 1.0 / (1.0 + s))
                     s = bottom
             e = eos_acoustic.energy(gamma, s)
             if ti.static(t.tait):
                 e = eos_tait.energy(gamma, s)
-            total += ti.cast(t.p.mass[i], ti.f64) * (c[SOUND2] * e + beyond)
+            total += ti.cast(t.p.mass[i], ti.f64) * (c[columns.SOUND2] * e + beyond)
         partial[b] = total

@@ -32,27 +32,12 @@ from ...laws import eos_acoustic, eos_tait
 from ...numerics.kernel import w2_slope
 from ...numerics.neighbours import Neighbours
 from ...runtime import ti
-from .pool import (
-    CONSTANTS,
-    DENSITY,
-    DIFFUSION,
-    EPS2,
-    GAMMA,
-    INVERSE,
-    LEAST,
-    LINEAR,
-    NARROWEST,
-    OWN,
-    QUADRATIC,
-    SPACING,
-    STIFFNESS,
-    WIDEST,
-    FluidParticles,
-)  # fmt: skip
+from . import columns
+from .pool import NARROWEST, WIDEST, FluidParticles
 from .walls import MOST, NONE, RIM, Walls
 
 VECTOR = ti.types.vector(3, ti.f64)
-RECORD = ti.types.vector(CONSTANTS, ti.f64)
+RECORD = ti.types.vector(columns.COUNT, ti.f64)
 HALF, OF_KERNEL, OF_MU, OF_ALPHA, OF_BETA = range(3, 8)  # of the record that `_act` reads: 1 / 2D_0, 1 / 2h_0, eps^2, viscosity
 
 
@@ -116,8 +101,10 @@ def _pack(t: ti.template(), n: ti.i32, origin: VECTOR, dt: float, alone: RECORD)
         for c in ti.static(range(3)):
             t.p.pair[i][c] = ti.cast(x[c], float)
             t.p.pair[i][4 + c] = v[c]
-        t.p.pair[i][3] = ti.cast(k[OWN], float) * size
-        t.p.pair[i][7] = t.pressure(ti.cast(k[STIFFNESS], float), ti.cast(k[GAMMA], float), ti.cast(k[LEAST], float), s)
+        t.p.pair[i][3] = ti.cast(k[columns.OWN], float) * size
+        t.p.pair[i][7] = t.pressure(
+            ti.cast(k[columns.STIFFNESS], float), ti.cast(k[columns.GAMMA], float), ti.cast(k[columns.LEAST], float), s
+        )
 
 
 @ti.kernel
@@ -129,7 +116,9 @@ def _meet(t: ti.template(), n: ti.i32, dt: float, alone: RECORD):
             k = t.constants_of(i, alone)
             before = t.p.s[i]
             s = before + dt * (2.0 * t.p.rate[i] - t.p.rate_before[i]) - (1.0 + before) * dt * 2.0 * t.wet.met[i][3]
-            t.p.pair[i][7] = t.pressure(ti.cast(k[STIFFNESS], float), ti.cast(k[GAMMA], float), ti.cast(k[LEAST], float), s)
+            t.p.pair[i][7] = t.pressure(
+                ti.cast(k[columns.STIFFNESS], float), ti.cast(k[columns.GAMMA], float), ti.cast(k[columns.LEAST], float), s
+            )
 
 
 @ti.kernel
@@ -194,7 +183,7 @@ def _neighbours(
             alike = ti.select(other == t.p.body[i], 1.0, 0.0)
             within = whole * ti.cast(alike, float)  # density diffuses in one fluid only
             # viscous stress is one on both sides: the harmonic mean (Hu and Adams 2006)
-            there, too = ti.cast(t.p.constants[other][LINEAR], float), ti.cast(t.p.constants[other][QUADRATIC], float)
+            there, too = ti.cast(t.p.constants[other][columns.LINEAR], float), ti.cast(t.p.constants[other][columns.QUADRATIC], float)
             linear = ti.select(alike > 0.5, linear, 2.0 * linear * there / ti.max(linear + there, 1e-30))
             quadratic = ti.select(alike > 0.5, quadratic, 2.0 * quadratic * too / ti.max(quadratic + too, 1e-30))
         one = _pair(y, w, D, p, D_j, b[7], c, linear, quadratic)
@@ -218,10 +207,14 @@ def _act(
         a = t.p.pair[i]
         x, v, D, p = ti.Vector([a[0], a[1], a[2]]), ti.Vector([a[4], a[5], a[6]]), ti.abs(a[3]), a[7]
         k = t.constants_of(i, alone)
-        stiffness, gamma, least = ti.cast(k[STIFFNESS], float), ti.cast(k[GAMMA], float), ti.cast(k[LEAST], float)
-        density, spacing, inverse_0 = ti.cast(k[DENSITY], float), ti.cast(k[SPACING], float), ti.cast(k[INVERSE], float)
-        linear, quadratic, eps2 = ti.cast(k[LINEAR], float), ti.cast(k[QUADRATIC], float), ti.cast(k[EPS2], float)
-        diffusion = ti.cast(k[DIFFUSION], float)
+        stiffness, gamma, least = ti.cast(k[columns.STIFFNESS], float), ti.cast(k[columns.GAMMA], float), ti.cast(k[columns.LEAST], float)
+        density, spacing, inverse_0 = (
+            ti.cast(k[columns.DENSITY], float),
+            ti.cast(k[columns.SPACING], float),
+            ti.cast(k[columns.INVERSE], float),
+        )
+        linear, quadratic, eps2 = ti.cast(k[columns.LINEAR], float), ti.cast(k[columns.QUADRATIC], float), ti.cast(k[columns.EPS2], float)
+        diffusion = ti.cast(k[columns.DIFFUSION], float)
         g = density * ti.cast(gravity, float)
         # what a pair has to know of the fluid of i: rho_0 g, then HALF to OF_BETA
         c = ti.Vector([g[0], g[1], g[2], 0.5 / spacing, inverse_0, eps2, linear, quadratic])

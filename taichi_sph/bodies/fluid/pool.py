@@ -7,24 +7,21 @@ import numpy as np
 from ... import runtime
 from ...pool import Pool
 from ...runtime import ti
+from . import columns
 
 # D leaves D_0 by no more than this: beyond, water is a spray and its density no measure of distances
 NARROWEST, WIDEST = 0.90, 1.03
-# Columns of `constants`. Kernels read them in this order, by which the sums of `pairs._act` round: rho_0 c^2 [Pa]; gamma; least pressure
-# [Pa]; rho_0; D_0 and 1 / 2h_0 of the group; rho_0 alpha c h [Pa s]; rho_0 beta h^2 [kg/m]; eps^2 [m2] of the group; diffusion [1/Pa s];
-# c^2; own D_0 [m].
-STIFFNESS, GAMMA, LEAST, DENSITY, SPACING, INVERSE, LINEAR, QUADRATIC, EPS2, DIFFUSION, SOUND2, OWN, CONSTANTS = range(13)
 
 
 class FluidParticles(Pool):
     """n particles of one or several fluids. `of` (N,): number of each particle's fluid in the group, by number at the start."""
 
     def __init__(self, name: str, x: np.ndarray, of: np.ndarray, masses: np.ndarray, spacing: float, constants: np.ndarray):
-        """x (N, 3) [m]; masses (B,) of one particle of each fluid [kg]; spacing D_0 [m]; constants (B, CONSTANTS)."""
+        """x (N, 3) [m]; masses (B,) of one particle of each fluid [kg]; spacing D_0 [m]; constants (B, columns.COUNT)."""
         super().__init__(name)
         self.n, self.spacing, self.of, self.masses = len(x), spacing, of.astype(np.int32), masses
         n, new = self.n, self.field
-        self.constants = new("constants", len(masses), CONSTANTS, "f64", doc="of each fluid: STIFFNESS to OWN")
+        self.constants = new("constants", len(masses), columns.COUNT, "f64", doc="of each fluid: STIFFNESS to OWN")
         self.body = new("body", n, dtype="i32", keeps=True, doc="number of its fluid in the group")
         # f64 always, or a step would be lost in its rounding
         self.x = new("x", n, 3, "f64", unit="m", keeps=True, doc="place")

@@ -22,9 +22,7 @@ def kick_and_drift(nodes: ti.template(), loads: ti.template(), n: ti.i32, dt_bef
             if nodes.fixed[i] > 0:
                 g = nodes.fixed[i] - 1
                 free = after
-                for c in ti.static(range(nodes.dim)):
-                    if loads.mask[g][c] == 1:
-                        after[c] = loads.velocity[g][c] * history(half_time, loads.curves, loads.curve[g])
+                after = _led(loads, loads.mask, loads.velocity, nodes.dim, g, after, half_time)
                 push += nodes.mass[i] / kick * (after - free)
         if ti.static(loads.acts):
             booked = any(push != 0.0)
@@ -41,6 +39,16 @@ def kick_and_drift(nodes: ti.template(), loads: ti.template(), n: ti.i32, dt_bef
         if ti.static(nodes.bends):
             kinetic += _turn(nodes, loads, i, kick, dt_before, dt, half_time)
         nodes.kinetic[i] = kinetic
+
+
+@ti.func
+def _led(loads: ti.template(), mask: ti.template(), value: ti.template(), n: ti.template(), g, rate, half_time):
+    """A velocity, or a spin, of n components with those that motion g prescribes."""
+    led = rate
+    for c in ti.static(range(n)):
+        if mask[g][c] == 1:
+            led[c] = value[g][c] * history(half_time, loads.curves, loads.curve[g])
+    return led
 
 
 @ti.func
@@ -62,9 +70,7 @@ def _turn(nodes: ti.template(), loads: ti.template(), i, kick, dt_before, dt, ha
         if nodes.fixed[i] > 0:
             g = nodes.fixed[i] - 1
             free = after
-            for c in ti.static(range(3)):
-                if loads.spin_mask[g][c] == 1:
-                    after[c] = loads.spin[g][c] * history(half_time, loads.curves, loads.curve[g])
+            after = _led(loads, loads.spin_mask, loads.spin, 3, g, after, half_time)
             after = undrilled(loads, g, n, after)
             twist += nodes.inertia[i] / kick * (after - free)
     if ti.static(loads.twists or loads.moves):

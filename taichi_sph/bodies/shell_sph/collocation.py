@@ -24,7 +24,7 @@ from .build import Model, bounded_shear, by_cell, by_node, cell_spacing, centred
 from .links import Links
 from .selective import SelectiveShear, node_shears, shear_at, shear_dead, take_shear
 from .slits import slits
-from .stress import resultants
+from .stress import of_sound_cells, resultants
 
 
 class Collocation(Pool):
@@ -39,6 +39,7 @@ class Collocation(Pool):
         self.bodies = bodies
         self.nodes, self.cells, self.material = nodes, cells, material = model.nodes, model.cells, model.material
         self.bends = nodes.bends
+        self.answer = _stress  # of a cell to its strains
         local = mesh.node_spacing
         forms: list[Any] = [body.numerics.formulation for body in bodies]
         supports, numbers = [form.support for form in forms], np.arange(len(bodies))
@@ -147,7 +148,7 @@ class Collocation(Pool):
 
     def strain(self, dt: float, intact: int = 0) -> None:
         """Strains and stresses of the cells; advances damage over dt."""
-        _stresses(self, self.cells.n, dt, intact)
+        of_sound_cells(self, self.cells.n, dt, intact)
 
     def force(self) -> None:
         """Divergence of what `strain` found."""
@@ -218,13 +219,6 @@ def _stress(term: ti.template(), s, dt, intact, tally):
         term.m1[s] = m1
         term.m2[s] = m2
         term.q[s] = q
-
-
-@ti.kernel
-def _stresses(term: ti.template(), n: ti.i32, dt: float, intact: ti.i32):
-    for s in range(n):
-        if term.cells.broken[s] == 0:
-            _stress(term, s, dt, intact, 1)
 
 
 @ti.kernel

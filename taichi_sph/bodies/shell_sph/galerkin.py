@@ -45,7 +45,7 @@ from .build import Model, bounded_shear, by_cell, by_node, cell_spacing
 from .galerkin_reference import references, references_touched, shares, sides, turns, turns_touched
 from .links import Links
 from .slits import slits
-from .stress import resultants
+from .stress import of_sound_cells, resultants
 
 GAUSS = 0.5 / np.sqrt(3.0)
 LOOK, STEP, JUMP = 0, 1, 2  # why residuals are evaluated: to see the forces, to go on in time, after a rupture
@@ -62,6 +62,7 @@ class Galerkin(Pool):
         mesh, bodies = model.mesh, model.bodies
         self.nodes, self.cells, self.material = nodes, cells, material = model.nodes, model.cells, model.material
         self.bends = nodes.bends
+        self.answer = _cell  # of a cell to its strains
         edges = mesh.edges
         self.n_edges = len(edges.nodes)
         a, b = mesh.points[edges.nodes[:, 0]], mesh.points[edges.nodes[:, 1]]
@@ -157,7 +158,7 @@ class Galerkin(Pool):
     def strain(self, dt: float, intact: int = 0) -> None:
         """Edge means, residual forces, stresses and side forces; advances history over dt, and leaves it as it is if dt = 0."""
         _row_values(self, self.n_edges, self.rows.n, intact, STEP if dt > 0.0 else LOOK)
-        _cell_forces(self, self.cells.n, dt, intact)
+        of_sound_cells(self, self.cells.n, dt, intact)
 
     def force(self) -> None:
         """Node forces of what `strain` found."""
@@ -352,13 +353,6 @@ def _cell(term: ti.template(), s, dt, intact, tally):
         if ti.static(term.bends):
             w = area * term.share[4 * s + k]
             term.side_couple[4 * s + k] = -(g[0] * m1 + g[1] * m2 + w * q)
-
-
-@ti.kernel
-def _cell_forces(term: ti.template(), n: ti.i32, dt: float, intact: ti.i32):
-    for s in range(n):
-        if term.cells.broken[s] == 0:
-            _cell(term, s, dt, intact, 1)
 
 
 @ti.kernel

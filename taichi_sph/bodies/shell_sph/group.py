@@ -16,7 +16,7 @@ from ...geometry.cuts import cells_cut
 from ...numerics.reduce import BLOCK, Reducer, fastest
 from ...pool import Pool
 from ...scene.schema import Scene
-from ..body import Entries, Group, Now, Rest, Span
+from ..body import Clocked, Entries, Group, InPlace, Now, Rest, Span
 from ..nodal.loads import Loads
 from ..nodal.motion import kick_and_drift
 from ..nodal.slow import SlowNodes
@@ -288,6 +288,11 @@ class ShellGroup(Rest):
 
     def surface(self) -> ShellSurface | None:
         return ShellSurface(self) if self.nodes.bends else None
+
+    def instead(self, world: Clocked, alike: Sequence[Any]) -> InPlace | None:
+        from .instead import in_place
+
+        return in_place(world, alike)
 
     def pools(self) -> list[Pool]:
         """All that has fields or history; what the links and the internal forces renew follows from nodes and cells."""

@@ -156,6 +156,14 @@ def resultants(cells: ti.template(), material: ti.template(), s, u1, u2, d1, d2,
     return n1, n2, m1, m2, q
 
 
+@ti.kernel
+def of_sound_cells(term: ti.template(), n: ti.i32, dt: float, intact: ti.i32):
+    """What a formulation asks of each cell that is not broken (`term.answer`)."""
+    for s in range(n):
+        if term.cells.broken[s] == 0:
+            term.answer(term, s, dt, intact, 1)
+
+
 def stored_energy(partial: Any, cells: Cells, material: MaterialPool, blocks: int) -> float:
     """Elastic energy of the live cells [J]; partial: scratch for one number a block."""
     _elastic(partial, cells, material, cells.n, blocks)

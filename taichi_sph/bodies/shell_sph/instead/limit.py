@@ -12,15 +12,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ... import runtime
-from ...bodies.shell_sph.group import ShellGroup
-from ...errors import RunStopped
-from ...pool import Pool
-from ...scene.materials import Material
+from .... import runtime
+from ....errors import RunStopped
+from ....pool import Pool
+from ....scene.materials import Material
 
 if TYPE_CHECKING:
-    from ...bodies.shell_sph.group import ShellGroup
-    from ..world import World
+    from ...body import Clocked
+    from ..group import ShellGroup
 
 SMALL = 1e-9  # of the wave speed: the motion is linear
 GROWN = 1e6  # times the kinetic energy of the first step: far more than what stays within bounds ever reaches
@@ -31,7 +30,7 @@ class LimitSearch(Pool):
 
     kept = ("measured",)
 
-    def __init__(self, world: World, group: ShellGroup, steps: int, resolution: float):
+    def __init__(self, world: Clocked, group: ShellGroup, steps: int, resolution: float):
         super().__init__("limit")
         self.world, self.group, self.steps, self.resolution, self.work = world, group, steps, resolution, 0.0
         self.predicted = 2.0 / group.stable.frequency

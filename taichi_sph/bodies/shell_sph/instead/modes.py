@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ... import runtime
-from ...bodies.shell_sph.group import ShellGroup
-from ...bodies.shell_sph.stable_dt import Operator
-from ...pool import Pool
+from .... import runtime
+from ....pool import Pool
+from ..stable_dt import Operator
 
 if TYPE_CHECKING:
-    from ...bodies.shell_sph.group import ShellGroup
-    from ..world import World
+    from ...body import Clocked
+    from ..group import ShellGroup
 
 STILL = 1e-3  # a mode is rigid when its frequency is below this part of the next one's
 SHOWN = 0.1  # largest displacement of a mode's picture, over the size of the body
@@ -32,7 +31,7 @@ class ModeSearch(Pool):
 
     kept = ("shown",)
 
-    def __init__(self, world: World, group: ShellGroup, count: int):
+    def __init__(self, world: Clocked, group: ShellGroup, count: int):
         super().__init__("modes")
         self.world, self.group, self.count, self.shown, self.work = world, group, count, -1, 0.0
         self.frequency, self.modes, self.rigid = lowest(group, count)

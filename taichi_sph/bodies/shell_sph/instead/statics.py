@@ -13,20 +13,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ... import runtime
-from ...bodies.nodal.loads import undrilled
-from ...bodies.nodal.nodes import body_of
-from ...bodies.shell_sph.build import by_node
-from ...bodies.shell_sph.group import ShellGroup
-from ...bodies.shell_sph.pressure import LEAVE
-from ...bodies.shell_sph.stable_dt import largest_frequencies
-from ...errors import RunStopped
-from ...pool import Pool
-from ...runtime import ti
-from ...scene.instead import Static
+from .... import runtime
+from ....errors import RunStopped
+from ....pool import Pool
+from ....runtime import ti
+from ....scene.instead import Static
+from ...nodal.loads import undrilled
+from ...nodal.nodes import body_of
+from ..build import by_node
+from ..pressure import LEAVE
+from ..stable_dt import largest_frequencies
 
 if TYPE_CHECKING:
-    from ..world import World
+    from ...body import Clocked
+    from ..group import ShellGroup
 
 LOOK = 25  # steps between two looks at residual and damping
 
@@ -36,7 +36,7 @@ class Statics:
 
     units: dict[str, str] = {}
 
-    def __init__(self, world: "World", groups: Sequence[ShellGroup], static: Static):
+    def __init__(self, world: "Clocked", groups: "Sequence[ShellGroup]", static: Static):
         self.increments = static.increments
         self.relaxations = [Relaxation(world, group, static.residual, static.max_steps) for group in groups]
 
@@ -73,7 +73,7 @@ class Relaxation(Pool):
 
     kept = ("steps", "load", "residual", "work", "u", "force", "director", "moment")
 
-    def __init__(self, world: "World", group: ShellGroup, tolerance: float, max_steps: int):
+    def __init__(self, world: "Clocked", group: "ShellGroup", tolerance: float, max_steps: int):
         super().__init__(f"relax{group.suffix}")
         self.world, self.group, self.tolerance, self.max_steps = world, group, tolerance, max_steps
         nodes, n, dim = group.nodes, group.nodes.n, group.nodes.dim

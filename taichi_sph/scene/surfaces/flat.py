@@ -1,0 +1,105 @@
+"""Plates and discs, level or across a normal."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from pydantic import model_validator
+
+from ..base import Direction, Point
+from .base import Shaped, Size
+
+
+def _directions(normal: Direction | None, along: Direction | None) -> None:
+    """ValueError where two directions do not make a frame."""
+    for key, direction in (("normal", normal), ("along", along)):
+        if direction is not None and not any(direction):
+            raise ValueError(f"{key} is (0, 0, 0), which is no direction")
+    if along is not None and np.linalg.norm(np.cross(normal or (0, 0, 1), along)) < 1e-6 * np.linalg.norm(along) * np.linalg.norm(
+        normal or 1
+    ):
+        raise ValueError("along is parallel to normal; it must point along the plate, in whose plane it is laid")
+
+
+def frame_of(normal: Direction | None, along: Direction | None = None) -> np.ndarray:
+    """(3, 3) rows: direction in the plane, the one across it, normal."""
+    n = np.asarray(normal or (0.0, 0.0, 1.0), dtype=float)
+    n = n / np.linalg.norm(n)
+    a = np.asarray(along if along is not None else (1.0, 0.0, 0.0) if abs(n[0]) <= 0.9 else (0.0, 1.0, 0.0), dtype=float)
+    a = a - n * (a @ n)
+    a = a / np.linalg.norm(a)
+    return np.stack([a, np.cross(n, a), n])
+
+
+class Plate(Shaped):
+    """Flat rectangle parallel to the plane z = 0, corner at `origin`, along x (`length`) and y (`width`). With a `normal` it lies across
+    that, `length` along the part of `along` across it (by itself of x; of y where the normal is nearly x)."""
+
+    kind: Literal["plate"] = "plate"
+    length: Size
+    width: Size
+    origin: Point = (0.0, 0.0, 0.0)
+    normal: Direction | None = None
+    along: Direction | None = None
+
+    @model_validator(mode="after")
+    def _has_a_frame(self) -> Plate:
+        _directions(self.normal, self.along)
+        return self
+
+    @property
+    def level(self) -> bool:
+        """Whether it is parallel to z = 0."""
+        return self.normal is None or not any(self.normal[:2])
+
+    @property
+    def turned(self) -> bool:
+        """Whether `normal` or `along` say where it points."""
+        return self.normal is not None or self.along is not None
+
+    @property
+    def frame(self) -> np.ndarray:
+        """(3, 3) rows: along its length, along its width, its normal."""
+        return frame_of(self.normal, self.along)
+
+    def within(self, point: Point) -> tuple[float, float, float]:
+        """A point by its way along the length, along the width, and off the plane, from the corner [m]."""
+        along, across, off = self.frame @ np.subtract(point, self.origin)
+        return float(along), float(across), float(off)
+
+    @property
+    def gross(self) -> float:
+        return self.length * self.width
+
+    @property
+    def smallest(self) -> float:
+        return min(self.length, self.width)
+
+
+class Disc(Shaped):
+    """Flat disc about `origin`, parallel to the plane z = 0, or across `normal`."""
+
+    kind: Literal["disc"] = "disc"
+    radius: Size
+    origin: Point = (0.0, 0.0, 0.0)
+    normal: Direction | None = None
+
+    @model_validator(mode="after")
+    def _has_a_frame(self) -> Disc:
+        _directions(self.normal, None)
+        return self
+
+    @property
+    def level(self) -> bool:
+        """Whether it is parallel to z = 0."""
+        return self.normal is None or not any(self.normal[:2])
+
+    @property
+    def gross(self) -> float:
+        return math.pi * self.radius**2
+
+    @property
+    def smallest(self) -> float:
+        return self.radius
