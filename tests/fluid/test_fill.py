@@ -109,3 +109,22 @@ def test_particles_keep_off_a_baffle(aside, contact):
     assert (x[beside, 1] > 0).sum() > 100 < (x[beside, 1] < 0).sum()
     bare = 2 * np.pi * 0.15 * 0.55 + 2 * 0.18 * 0.24
     assert len(x) * cell(f) == pytest.approx(f.volume - (CONTACT[contact] - 0.5) * f.lattice * bare, rel=0.02), "no layer is lost"
+
+
+def test_what_was_moved_keeps_off_the_walls():
+    """A can without length to spare: a particle moved into its corner comes off both walls, one moved out of it goes back."""
+    f = filled(CAN)
+    centre = np.array([1.0, 0, 0])
+    corner = int(np.argmax(np.hypot(*(f.points - centre)[:, :2].T) - 1e-3 * f.points[:, 2]))
+    moved = f.points.copy()
+    out = (moved[corner, :2] - centre[:2]) / np.linalg.norm(moved[corner, :2] - centre[:2])
+    moved[corner] = [*(centre[:2] + 0.1489 * out), 0.001]
+    low = int(np.argmin(np.linalg.norm(f.points - centre, axis=1)))
+    moved[low, 2] -= D  # through the bottom
+    kept = f.kept_off(moved)
+    clear = 0.3 * f.spacing + E / 2
+    assert kept[corner, 2] == pytest.approx(clear, rel=1e-6)
+    assert 0.15 - np.linalg.norm(kept[corner, :2] - centre[:2]) == pytest.approx(clear, rel=0.02), "off the polygon that the can is"
+    np.testing.assert_array_equal(kept[low], f.points[low])
+    others = np.delete(np.arange(len(kept)), [low, corner])
+    np.testing.assert_array_equal(kept[others], f.points[others])

@@ -78,7 +78,7 @@ class FluidBody(Pool):
         """gravity [m/s2]; skin of the lists in spacings. `start` is to be called once what they wet is there."""
         super().__init__(f"{name}.sums")
         self.fluids = [fluid for fluid, _ in fluids]
-        fillings = [filling for _, filling in fluids]
+        self.fillings = fillings = [filling for _, filling in fluids]
         first = np.cumsum([0, *(len(filling.points) for filling in fillings)]).tolist()
         self.spans = [Span(fluid.name, k, n - k) for fluid, k, n in zip(self.fluids, first, first[1:])]
         spacing, masses = max(filling.spacing for filling in fillings), np.array([filling.mass for filling in fillings])
@@ -116,7 +116,8 @@ class FluidBody(Pool):
         tank = next((fluid.fill for fluid in self.fluids if isinstance(fluid.fill, ShellFill)), None)
         if self.surroundings is not None and tank is not None:
             self.sort()
-            self.points = even_out(self, tank.axis, self._level(tank.axis))
+            even = np.split(even_out(self, tank.axis, self._level(tank.axis)), [span.first for span in self.spans[1:]])
+            self.points = np.concatenate([filling.kept_off(points) for filling, points in zip(self.fillings, even)])
             p.place(self.points)
         v = np.concatenate([np.tile(np.asarray(fluid.velocity, float), (span.n, 1)) for fluid, span in zip(self.fluids, self.spans)])
         runtime.put(p.v, v)

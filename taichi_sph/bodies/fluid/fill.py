@@ -14,7 +14,7 @@ Other shells that the fluid meets (baffles) are walls with water on both sides: 
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from weakref import WeakValueDictionary
 
 import numpy as np
@@ -32,16 +32,20 @@ CONTACT = {None: 0.5, "pinballs": 0.74}  # of D_0: where a particle stands at a 
 PITCHES = tuple(1 + 0.01 * k for k in (0, -1, 1, -2, 2, -3, 3, -4, 4, -5, 5))  # of D: tried until the lattice holds what it should
 ENOUGH, FEW = 0.01, 20_000  # ... to this; above so many particles a row of them does not matter
 CLOSER = 1e-6  # of D: nearer to a wall than this below its distance is rounding
+NEAREST = 0.3  # of D_0: how near to the surface of a wall a particle may come when a filling is evened out; its pinball has 0.25
 
 
 @dataclass(frozen=True)
 class Filling:
-    """points (N, 3) [m]; volume [m3] that they stand for; spacing D_0 [m]; lattice [m]; mass of one [kg]."""
+    """points (N, 3) [m]; volume [m3] that they stand for; spacing D_0 [m]; lattice [m]; mass of one [kg]; walls (T, 3, 3) [m], the
+    triangles of the shells around and inside; half (T,) [m] their thickness."""
 
     points: np.ndarray
     volume: float
     lattice: float
     density: float
+    walls: np.ndarray = field(default_factory=lambda: np.zeros((0, 3, 3)))
+    half: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     @property
     def spacing(self) -> float:
@@ -50,6 +54,23 @@ class Filling:
     @property
     def mass(self) -> float:
         return self.density * self.volume / len(self.points)
+
+    def kept_off(self, points: np.ndarray) -> np.ndarray:
+        """The points of the filling at places (N, 3) to which they were moved: those nearer to a wall than NEAREST moved off it, those
+        beyond it where they were. Between the nodes of a shell that is coarser than the water the pressure that evens a filling out is
+        low, in corners most of all."""
+        if not len(self.walls):
+            return points
+        reach = self.spacing + self.half.max()
+        now, before = (_away(x, self.walls, reach)[0] for x in (points, self.points))
+        near = np.isfinite(now).all(axis=1) & np.isfinite(before).all(axis=1)
+        turned = (now[near] * before[near]).sum(axis=1) / np.prod(
+            [np.maximum(np.linalg.norm(x[near], axis=1), 1e-100) for x in (now, before)], axis=0
+        )
+        beyond = np.flatnonzero(near)[turned < -0.5]
+        points = points.copy()
+        points[beyond] = self.points[beyond]
+        return _moved_off(points, self.walls, self.half, NEAREST * self.spacing)
 
     @property
     def sentence(self) -> str:
@@ -139,7 +160,8 @@ def fill(
             break
     if len(points) == 0:
         raise SceneError(f"fluid '{fluid.name}': no particle of {d:g} m fits into the shell '{fluid.fill.shell}'; lower its spacing")
-    return Filling(points[:, np.argsort(turn)], volume, lattice, fluid.water.density)
+    back = np.argsort(turn)
+    return Filling(points[:, back], volume, lattice, fluid.water.density, walls[:, :, back], half)
 
 
 def _lattice_in(
@@ -159,7 +181,9 @@ def _lattice_in(
     first = np.append(0.5 * (low + high - (n - 1) * d)[:2], low[2] + margin)
     points = _lattice(first, step, n)
     points = points[_inside(points, triangles)]
-    return _moved_off(points, walls, half, clear * d, max(clear - 0.5, 0.0) * d, CLOSER * d), float(step.prod())
+    away, wall = _away(points, walls, clear * d + half.max())
+    keep = np.linalg.norm(away, axis=1) > max(clear - 0.5, 0.0) * d + half[wall] - CLOSER * d
+    return _moved_off(points[keep], walls, half, clear * d), float(step.prod())
 
 
 def _area(triangles: np.ndarray) -> float:
@@ -219,19 +243,16 @@ def _inside(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return (end - below) % 2 == 1
 
 
-def _moved_off(points: np.ndarray, walls: np.ndarray, half: np.ndarray, clear: float, least: float, rounding: float) -> np.ndarray:
-    """The points that stand `least` [m] or more off the surface of every wall. Those nearer than `clear` [m] are moved; in corners off one
-    wall after the other. half (T,) [m]: half the thickness of each triangle of walls (T, 3, 3)."""
-    away, wall = _away(points, walls, clear + half.max())
-    keep = np.linalg.norm(away, axis=1) > least + half[wall] - rounding
-    points, away, wall = points[keep], away[keep], wall[keep]
-    near = np.arange(len(points))
+def _moved_off(points: np.ndarray, walls: np.ndarray, half: np.ndarray, clear: float) -> np.ndarray:
+    """The points, those that stand nearer to the surface of a wall than `clear` [m] moved off it; in corners off one wall after the other.
+    half (T,) [m]: half the thickness of each triangle of walls (T, 3, 3)."""
+    points, near = points.copy(), np.arange(len(points))
     for _ in range(4):
+        away, wall = _away(points[near], walls, clear + half.max())
         distance, margin = np.linalg.norm(away, axis=1), clear + half[wall]
         short = (distance < margin * (1 - 1e-9)) & (distance > 0)
         near, away = near[short], away[short]
         points[near] += (margin[short] / distance[short] - 1)[:, None] * away
-        away, wall = _away(points[near], walls, clear + half.max())
     return points
 
 
