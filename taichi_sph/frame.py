@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 Kind = str  # of the body: "shell", "rigid", "fluid", or another one
-Form = Literal["surface", "balls", "particles", "points"]
+Form = Literal["surface", "field", "balls", "particles", "points"]
 
 
 @dataclass(frozen=True)
@@ -40,9 +40,10 @@ class BodyFrame:
 
     @property
     def form(self) -> Form:
-        """What a body is made of, whatever its kind: cells of a surface; balls with a "radius"; particles with a "diameter"; points."""
+        """What a body is made of, whatever its kind: cells of a surface; a field, cells of the plane of a section that particles with a
+        "diameter" fill; balls with a "radius"; particles with a "diameter"; points."""
         if len(self.cells) or self.cell_data:  # a section may leave it no cell
-            return "surface"
+            return "field" if "diameter" in self.point_data else "surface"
         return "balls" if "radius" in self.point_data else "particles" if "diameter" in self.point_data else "points"
 
     @property

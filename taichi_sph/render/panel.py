@@ -152,7 +152,7 @@ def view_of(bodies: Sequence[BodyFrame], factor: float, others: Sequence[BodyFra
 def cell_values(body: BodyFrame, field: str) -> np.ndarray:
     """(M,) values of a cell field; "speed" and "displacement" are means over the corners of
     |velocity| [m/s] and of |displacement| [m]."""
-    if field not in ("speed", "displacement"):
+    if field not in ("speed", "displacement") or field in body.cell_data:
         return np.asarray(body.cell_data.get(field, np.zeros(len(body.cells))), dtype=float)
     moves = body.point_data["velocity"] if field == "speed" else body.points - body.reference
     speed = np.linalg.norm(moves, axis=1)
@@ -207,15 +207,17 @@ def draw(
             zorder=2,
         )
         return
-    norm = Normalize(look.low, look.high)
     for body in bodies:
-        if body.form != "surface":
+        if body.form not in ("surface", "field"):
             _draw_balls(axes, body, view, wet)
+            continue
+        of = look if body.form == "surface" else wet
+        if of is None:
             continue
         sound = kept(body)
         points = view.seen(displaced(body, look.magnification)) * mm
-        cells, values = body.cells[sound], cell_values(body, look.field)[sound]
-        colours = look.colours(norm(values))
+        cells, values = body.cells[sound], cell_values(body, of.field)[sound]
+        colours = of.colours(Normalize(of.low, of.high)(values))
         if view.turn is not None:  # the farthest first, and darker where the light grazes
             corner = np.where(cells < 0, cells[:, :1], cells)
             order = np.argsort(points[corner, 2].mean(axis=1), kind="stable")

@@ -44,8 +44,8 @@ class Shot:
     @property
     def looks(self) -> list[Look]:
         forms = {body.form for body in self.bodies}
-        both = ((self.look, "surface"), (self.wet, "particles"))
-        return [look for look, form in both if form in forms and look is not None and look.label]
+        both = ((self.look, {"surface"}), (self.wet, {"particles", "field"}))
+        return [look for look, of in both if of & forms and look is not None and look.label]
 
 
 def length_text(metres: float) -> str:

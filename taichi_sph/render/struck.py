@@ -2,12 +2,12 @@
 
 The flight of the fastest rigid body at the start says which side is struck. Broken cells are not drawn, so that cracks
 and holes are seen through; fragments and loose nodes are. A section takes away the half nearer to the eye, along the flight
-and the upright axis. Water is coloured by its pressure inside, by its speed once it is out.
+and the upright axis, and shows the pressure of the water on its plane. Water that is out is drawn as drops, coloured by their speed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +22,7 @@ from ..output.measures.perforation import first_rupture
 from . import plots
 from .backend import Backend
 from .panel import DAMAGE, PLASTIC, PRESSURE, SPRAY, UPRIGHT, Look, View, oblique
+from .section import chosen, cut_open
 from .sheet import Shot, sheet
 
 STRIP_TIMES = 5
@@ -161,28 +162,6 @@ def middles(run: RunFolder) -> dict[str, np.ndarray]:
 def striker_radius(run: RunFolder) -> float:
     """Of the largest pinball [m]."""
     return max((float(file.array("PointData", "radius", 0).max()) for file in run.of_kind("rigid")), default=0.0)
-
-
-def cut_open(bodies: Sequence[BodyFrame], places: Mapping[str, np.ndarray], removed: np.ndarray) -> list[BodyFrame]:
-    """Surfaces and fluids without what lies beyond the plane through their places; what is outside stays whole, balls are cut as they are
-    drawn."""
-    found = []
-    for body in bodies:
-        place = places[body.name]
-        if body.form == "surface":
-            keep = (cell_centres(body.reference, body.cells) - place) @ removed <= 1e-9
-            found.append(replace(body, cells=body.cells[keep], cell_data={k: v[keep] for k, v in body.cell_data.items()}))
-        elif body.form == "particles":
-            keep = (body.points - place) @ removed <= 0.5 * float(np.median(body.point_data["diameter"]))
-            found.append(chosen(body, keep | body.outside))
-        else:
-            found.append(body)
-    return found
-
-
-def chosen(body: BodyFrame, keep: np.ndarray) -> BodyFrame:
-    """A body of points with some of them."""
-    return replace(body, points=body.points[keep], point_data={k: v[keep] for k, v in body.point_data.items()})
 
 
 def outside_only(bodies: Sequence[BodyFrame]) -> list[BodyFrame]:
