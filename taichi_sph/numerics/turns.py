@@ -39,6 +39,13 @@ def rolled(q, theta):
 
 
 @ti.func
+def weighed(pose, moments, w):
+    """I w in space: the angular momentum [kg m2/s] of a body by its spin w [rad/s]; pose and moments as of `eased`."""
+    a = turned(back(pose), w)
+    return turned(pose, ti.Vector([a[0] * moments[0], a[1] * moments[1], a[2] * moments[2]]))
+
+
+@ti.func
 def eased(pose, moments, L):
     """I^-1 L in space: the spin [rad/s] of a body by an angular momentum L [kg m2/s]. pose: of its principal axes now; moments:
     principal [kg m2]."""

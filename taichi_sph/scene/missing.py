@@ -48,8 +48,6 @@ NOT_YET: dict[str, dict[str, str]] = {
         "friction": _SMOOTH,
         "surface": "a rigid body is made of spheres: pinballs",
         "mesh": "a rigid body is made of spheres: pinballs",
-        "motion": "a rigid body flies freely, or is held = true; its motion cannot be prescribed",
-        "history": "a rigid body flies freely, or is held = true; its motion cannot be prescribed",
         "shape": "a rigid body is made of spheres: pinballs",
     },
     "Fluid": {
@@ -129,7 +127,12 @@ ELSEWHERE: dict[str, dict[str, str]] = {
         "density": "is material.density",
         "young": "is material.young",
     },
-    "Rigid": {"radius": "is pinballs: each has a centre and a radius", "fixed": "is held"},
+    "Rigid": {
+        "radius": "is pinballs: each has a centre and a radius",
+        "fixed": "is held",
+        "motion": "is driven",
+        "history": "is driven.history",
+    },
     "Numerics": {
         "dt": "follows from the spacing; time_step_safety lowers it",
         "time_step": "follows from the spacing; time_step_safety lowers it",

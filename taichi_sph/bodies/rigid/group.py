@@ -40,6 +40,7 @@ class RigidGroup(Rest):
 
     def force(self, now: Now) -> None:
         rest(self.rigids, self.rigids.n)
+        self.rigids.lead(now.time + 0.5 * now.dt)
 
     def move(self, now: Now) -> None:
         move(self.rigids, self.rigids.n, now.dt_before, now.dt)
@@ -51,7 +52,9 @@ class RigidGroup(Rest):
         speed = 0.0
         for body in self.scene.rigids:
             reach = max(np.linalg.norm(np.array(p.centre) - body.centre) + p.radius for p in body.pinballs)
-            speed = max(speed, float(np.linalg.norm(body.velocity) + reach * np.linalg.norm(body.spin)))
+            going = 1.0 if body.driven is None else body.driven.fastest
+            way = body if body.driven is None else body.driven
+            speed = max(speed, going * float(np.linalg.norm(way.velocity) + reach * np.linalg.norm(way.spin)))
         return min(0.05 * radius / (speed + gravity * self.scene.duration + 1e-300), self.scene.duration / 100)
 
     def entries(self) -> Entries:

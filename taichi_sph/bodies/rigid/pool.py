@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ... import runtime
-from ...numerics.turns import eased, product, rolled
+from ...numerics.turns import eased, product, rolled, weighed
 from ...pool import Pool
 from ...runtime import ti
 from .said import Rigid
@@ -23,6 +23,7 @@ class RigidBodies(Pool):
 
     def __init__(self, bodies: tuple[Rigid, ...], name: str = "rigid"):
         super().__init__(name)
+        self.said = bodies
         self.names = [body.name for body in bodies]
         self.n = n = len(bodies)
         self.n_balls = sum(len(body.pinballs) for body in bodies)
@@ -44,7 +45,13 @@ class RigidBodies(Pool):
         self.ahead = field("ahead", 0, "J", "what gravity does on the way to n + 1", True)
         self.kinetic = field("kinetic", 0, "J", "of the last step", True)
         self.mass = field("mass", 0, "kg", "mass")
-        self.free = field("free", 0, "", "1, and 0 for a body that is held")
+        self.free = field("free", 0, "", "1, and 0 for a body that is held or driven")
+        self.drives = any(body.driven is not None for body in bodies)
+        if self.drives:
+            self.driven = field("driven", 0, "", "1 for a body that is driven")
+            self.led = field("led", 3, "m/s", "velocity of a driven body at the half step to come")
+            self.turn = field("turn", 3, "rad/s", "spin of a driven body at the half step to come")
+            self.turn_before = field("turn_before", 3, "rad/s", "at the half step before", True)
         self.axes = field("axes", 4, "", "quaternion of the principal axes at t = 0")
         self.moments = field("moments", 3, "kg m2", "principal moments of inertia")
 
@@ -62,13 +69,32 @@ class RigidBodies(Pool):
         runtime.put(self.L, np.array([body.moments @ np.array(body.spin) for body in bodies]))
         runtime.put(self.q, np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)))
         runtime.put(self.mass, np.array([body.mass for body in bodies]))
-        runtime.put(self.free, np.array([0.0 if body.held else 1.0 for body in bodies]))
+        runtime.put(self.free, np.array([0.0 if body.held or body.driven else 1.0 for body in bodies]))
+        if self.drives:
+            v, spin = self._led(0.0)
+            runtime.put(self.driven, np.array([float(body.driven is not None) for body in bodies]))
+            runtime.put(self.v, runtime.get(self.v, n) + v)
+            runtime.put(self.turn_before, spin)
+            runtime.put(self.L, runtime.get(self.L, n) + np.array([body.moments @ w for body, w in zip(bodies, spin)]))
         runtime.put(self.axes, np.array(axes))
         runtime.put(self.moments, np.array(moments))
         self.ball_body = np.repeat(np.arange(n), [len(b.pinballs) for b in bodies]).astype(np.int32)
         self.ball_arm = np.array([np.array(p.centre) - b.centre for b in bodies for p in b.pinballs])
         self.ball_radius = np.array([p.radius for b in bodies for p in b.pinballs])
         self.ball_reference = np.array([p.centre for b in bodies for p in b.pinballs])
+
+    def _led(self, time: float) -> tuple[np.ndarray, np.ndarray]:
+        """(n, 3) velocities [m/s] and (n, 3) spins [rad/s] of driven bodies, 0 of others."""
+        still = np.zeros(3), np.zeros(3)
+        v, spin = zip(*(still if body.driven is None else body.driven.at(time) for body in self.said))
+        return np.array(v), np.array(spin)
+
+    def lead(self, half_time: float) -> None:
+        """What driven bodies do at the half step to come [s]."""
+        if self.drives:
+            v, spin = self._led(half_time)
+            runtime.put(self.led, v)
+            runtime.put(self.turn, spin)
 
     def ball_places(self) -> np.ndarray:
         """(B, 3) where the pinballs are now [m]."""
@@ -91,7 +117,8 @@ def spins(rigids: RigidBodies) -> np.ndarray:
     q, axes = (Rotation.from_quat(np.roll(runtime.get(f, rigids.n), -1, axis=1)) for f in (rigids.q, rigids.axes))
     L, I = runtime.get(rigids.L, rigids.n), runtime.get(rigids.moments, rigids.n)
     pose = q * axes
-    return pose.apply(pose.apply(L, inverse=True) / I) * runtime.get(rigids.free, rigids.n)[:, None]
+    found = pose.apply(pose.apply(L, inverse=True) / I) * runtime.get(rigids.free, rigids.n)[:, None]
+    return found + runtime.get(rigids.turn_before, rigids.n) if rigids.drives else found
 
 
 @ti.func
@@ -103,13 +130,29 @@ def spun(rigids: ti.template(), r, q, L):
 @ti.func
 def spin_of(rigids: ti.template(), r):
     """Spin at the half step before, as the body lies now [rad/s]; without contact also that at the half step to come."""
-    return spun(rigids, r, rigids.q[r], rigids.L[r])
+    w = spun(rigids, r, rigids.q[r], rigids.L[r])
+    if ti.static(rigids.drives):
+        w += rigids.turn_before[r]
+    return w
 
 
 @ti.func
 def free_velocity(rigids: ti.template(), r, kick):
     """Velocity of the centre at the half step to come, by the forces so far [m/s]."""
-    return rigids.v[r] + rigids.free[r] * kick / rigids.mass[r] * (rigids.weight[r] + rigids.force[r])
+    v = rigids.v[r] + rigids.free[r] * kick / rigids.mass[r] * (rigids.weight[r] + rigids.force[r])
+    if ti.static(rigids.drives):
+        if rigids.driven[r] > 0.0:
+            v = rigids.led[r]
+    return v
+
+
+@ti.func
+def spin_to_come(rigids: ti.template(), r, q, L):
+    """Spin at the half step to come [rad/s] of body r in the pose q, by its angular momentum then."""
+    w = spun(rigids, r, q, L)
+    if ti.static(rigids.drives):
+        w += rigids.turn[r]
+    return w
 
 
 @ti.kernel
@@ -126,19 +169,28 @@ def move(rigids: ti.template(), n: ti.i32, dt_before: ti.f64, dt: ti.f64):
     """Kick by water, contact and gravity, then drift; energies as in world.step."""
     kick = 0.5 * (dt_before + dt)
     for r in range(n):
-        before, L_before = rigids.v[r], rigids.L[r]
+        q, before, L_before = rigids.q[r], rigids.v[r], rigids.L[r]
         v = free_velocity(rigids, r, kick)
         L = L_before + rigids.free[r] * kick * rigids.torque[r]
         weight = rigids.free[r] * rigids.weight[r]
-        rigids.work[r] += rigids.ahead[r] + 0.5 * dt_before * weight.dot(before)
-        rigids.ahead[r] = 0.5 * dt * weight.dot(v)
+        behind, ahead = 0.5 * dt_before * weight.dot(before), 0.5 * dt * weight.dot(v)
+        if ti.static(rigids.drives):
+            if rigids.driven[r] > 0.0:  # gravity, and what else it takes to drive the body
+                L = weighed(product(q, rigids.axes[r]), rigids.moments[r], rigids.turn[r])
+                drive = rigids.mass[r] / kick * (v - before) - rigids.force[r]
+                twist = (L - L_before) / kick - rigids.torque[r]
+                behind = 0.5 * dt_before * (drive.dot(before) + twist.dot(rigids.turn_before[r]))
+                ahead = 0.5 * dt * (drive.dot(v) + twist.dot(rigids.turn[r]))
+        rigids.work[r] += rigids.ahead[r] + behind
+        rigids.ahead[r] = ahead
         if dt_before == 0.0:
             before, L_before = 2.0 * before - v, 2.0 * L_before - L
-        q = rigids.q[r]
-        rigids.kinetic[r] = 0.5 * rigids.mass[r] * before.dot(v) + 0.5 * L_before.dot(spun(rigids, r, q, L))
+        rigids.kinetic[r] = 0.5 * rigids.mass[r] * before.dot(v) + 0.5 * L_before.dot(spin_to_come(rigids, r, q, L))
         rigids.felt[r] = rigids.force[r] + rigids.spread[r]
         rigids.f_max[r] = ti.max(rigids.f_max[r], rigids.felt[r].norm())
         rigids.v[r], rigids.L[r] = v, L
         rigids.x[r] += dt * v
-        half_way = rolled(q, 0.5 * dt * spun(rigids, r, q, L))
-        rigids.q[r] = rolled(q, dt * spun(rigids, r, half_way, L))
+        half_way = rolled(q, 0.5 * dt * spin_to_come(rigids, r, q, L))
+        rigids.q[r] = rolled(q, dt * spin_to_come(rigids, r, half_way, L))
+        if ti.static(rigids.drives):
+            rigids.turn_before[r] = rigids.turn[r]

@@ -8,7 +8,7 @@ from ...numerics.turns import product, turned
 from ...runtime import ti
 from ..body import Now, Span
 from ..surface import Balls, Surface
-from .pool import free_velocity, spin_of, spun
+from .pool import free_velocity, spin_of, spin_to_come
 
 
 class RigidSurface(Surface):
@@ -68,7 +68,7 @@ def _offer(port: ti.template(), rigids: ti.template(), first: ti.i32, last: ti.i
         port.moments[t] = rigids.moments[r]
         port.loose_turn[t] = rigids.free[r]
         port.spin_before[t] = spin_of(rigids, r)
-        port.spin_free[t] = spun(rigids, r, rigids.q[r], rigids.L[r] + kick * rigids.torque[r])
+        port.spin_free[t] = spin_to_come(rigids, r, rigids.q[r], rigids.L[r] + kick * rigids.torque[r])
 
 
 @ti.kernel

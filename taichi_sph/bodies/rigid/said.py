@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field, StrictBool, model_validator
 
 from ...scene.base import Body, Frozen, Point
+from ...scene.histories import History, Step
 from ...scene.kinds import Kind
 from ...scene.units import Dimensionless, Inertia, Length, Mass, Speed, Spin
 
@@ -20,8 +21,35 @@ class Pinball(Frozen):
     radius: Annotated[Length, Field(gt=0)]
 
 
+class Driven(Frozen):
+    """The motion of a rigid body that goes its way whatever pushes it (a platen, a shaken anvil): the velocity of its centre of mass and
+    its spin about that, each times the factor of the history."""
+
+    velocity: tuple[Speed, Speed, Speed] = (0.0, 0.0, 0.0)
+    spin: tuple[Spin, Spin, Spin] = (0.0, 0.0, 0.0)
+    history: History = Step()
+
+    @model_validator(mode="after")
+    def _goes(self) -> Driven:
+        if not any((*self.velocity, *self.spin)):
+            raise ValueError("velocity and spin are all 0: a body that stays is held = true")
+        return self
+
+    def at(self, time: float) -> tuple[np.ndarray, np.ndarray]:
+        """(3,) velocity [m/s] and (3,) spin [rad/s]."""
+        times, factors = np.array(self.history.points).T
+        last = np.searchsorted(times, time, side="right") - 1  # where two points stand at one time the later one holds
+        factor = factors[0] if last < 0 else factors[-1] if last == len(times) - 1 else np.interp(time, times[last:], factors[last:])
+        return factor * np.array(self.velocity), factor * np.array(self.spin)
+
+    @property
+    def fastest(self) -> float:
+        """Largest factor of the history, by size."""
+        return max(abs(factor) for _, factor in self.history.points)
+
+
 class Rigid(Body):
-    """A rigid body of one or many pinballs, free to move and turn, or held in place.
+    """A rigid body of one or many pinballs, free to move and turn, held in place, or driven.
 
     `inertia`: principal moments about the scene's axes [kg m2]; without it that of solid balls which share the mass
     by their volumes. `restitution` is Newton's, between this body and another rigid one (the larger of the two
@@ -38,6 +66,7 @@ class Rigid(Body):
     spin: tuple[Spin, Spin, Spin] = (0.0, 0.0, 0.0)
     restitution: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.0
     held: StrictBool = False
+    driven: Driven | None = None
 
     @model_validator(mode="after")
     def _believable(self) -> Rigid:
@@ -49,9 +78,12 @@ class Rigid(Body):
                 raise ValueError(f"inertia {list(self.inertia)} kg m2: no body has one moment above the sum of the two others")
         if self.held and any((*self.velocity, *self.spin)):
             raise ValueError(f"held: rigid '{self.name}' is held in place and cannot have a velocity or spin; leave one out")
+        if self.driven is not None and (self.held or any((*self.velocity, *self.spin))):
+            other = "is held in place" if self.held else "has a velocity or spin of its own"
+            raise ValueError(f"driven: rigid '{self.name}' {other} as well; leave one out")
         volume = sum(4.0 / 3.0 * math.pi * min(p.radius, 1e50) ** 3 for p in self.pinballs)
         density = self.mass / volume if volume > 0 else math.inf  # the cube of a radius may be no number
-        if not 1.0 <= density <= 1e6 and not self.held:
+        if not 1.0 <= density <= 1e6 and not self.held and self.driven is None:
             raise ValueError(
                 f"mass {self.mass:g} kg of rigid '{self.name}' over the volume of its pinballs is {density:.3g} kg/m^3, which no "
                 "body has; check the units of mass and radius"

@@ -34,7 +34,7 @@ class RigidPoints(Pool):
                 continue
             points, areas = surface(body, spacing)
             arms, facing, owner = [*arms, points], [*facing, areas], [*owner, np.full(len(points), r, np.int32)]
-            if not body.held:  # a third of its surface is wet: the projection of a ball on a plane
+            if not body.held and body.driven is None:  # a third of its surface is wet: the projection of a ball on a plane
                 self.lightest = min(self.lightest, float(3.0 * body.mass / np.linalg.norm(areas, axis=1).sum()))
         self.n = n = sum(map(len, owner))
         self.arm = self.field("arm", n, 3, "f64", unit="m", doc="from the centre of mass, at t = 0")
