@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from taichi_sph import runtime
-from taichi_sph.bodies.shell_sph.instead.modes import free_directions
+from taichi_sph.bodies.shell.instead.modes import free_directions
 from taichi_sph.errors import TaichiSphError
 from taichi_sph.output.record import machine, versions
 from taichi_sph.scene import Scene

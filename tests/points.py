@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 
 from taichi_sph import runtime
-from taichi_sph.bodies.shell_sph import metal
-from taichi_sph.bodies.shell_sph.pool import Cells, MaterialPool, Section
+from taichi_sph.bodies.shell import metal
+from taichi_sph.bodies.shell.pool import Cells, MaterialPool, Section
 from taichi_sph.pool import Pool
 from taichi_sph.runtime import ti
 from taichi_sph.scene import Material
@@ -23,7 +23,7 @@ def steel(strength, **more) -> Material:
 
 @ti.data_oriented
 class Points(Pool):
-    """What bodies/shell_sph/metal.py needs of the cells; n independent points of unit area."""
+    """What bodies/shell/metal.py needs of the cells; n independent points of unit area."""
 
     def __init__(self, n: int, material: Material, bends: bool = True):
         name = f"points_{next(NUMBER)}"  # several may live in one run

@@ -22,7 +22,7 @@ LEAF_USES = {
     "laws": {"errors", "runtime", "numerics"},
 }
 LEAVES = set(LEAF_USES)
-SHARED = {"nodal"}  # what kinds share
+SHARED = {"nodal", "shell"}  # what kinds share
 EXCEPTIONS = {  # module: what it still knows and should not; an entry that is not needed any more fails
     "couplings.wetted.coupling": {"bodies.fluid"},  # the one interaction that is of fluids by its nature
     "couplings.wetted.wetted": {"bodies.fluid"},

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StrictBool, StrictInt
 
-from ..bodies.shell_sph.said import Formulation, Galerkin
+from ..bodies.shell.said import Formulation, Galerkin
 from ..couplings.contact.said import PinballContact
 from .base import Frozen
 from .units import Dimensionless, Length

@@ -1,7 +1,7 @@
 """Finite elements on the nodes of a mesh, to compare with: what the method has to be as good as.
 
 Plane stress: constant-strain triangles, bilinear quadrangles. Shells: degenerated MITC3 and MITC4 (Dvorkin and Bathe
-1984, Lee and Bathe 2004), written like bodies/shell_sph/stress.py with positions x and directors n, linear about the reference:
+1984, Lee and Bathe 2004), written like bodies/shell/stress.py with positions x and directors n, linear about the reference:
 
     e_ab = sym(X_,a . u_,b)    kappa_ab = sym(X_,a . d_,b + N_,a . u_,b)    gamma_a = X_,a . d + N . u_,a (tied)
 

@@ -184,7 +184,7 @@ def compare_bent(scene: Scene, cells: int = 12, count: int = 12) -> Bent:
     from scipy.sparse import csc_array
     from scipy.sparse.linalg import eigsh
 
-    from ..bodies.shell_sph.instead.modes import stiffness as sparse_stiffness
+    from ..bodies.shell.instead.modes import stiffness as sparse_stiffness
     from ..world.world import World
 
     plain = patch(scene, cells)

@@ -1,7 +1,7 @@
 """Stability at the extremes, as a map: for each knob the range in which runs hold, its ends found by bisection, beside what is
 predicted; and which waves on a stretched lattice grow (lattice.py).
 
-    time step      over 2/omega_max: of random motion in the linear range (shell_sph/instead/limit.py), and of runs that tear, strike and
+    time step      over 2/omega_max: of random motion in the linear range (shell/instead/limit.py), and of runs that tear, strike and
                    slosh. Predicted 1
     support        h/D, by the spectrum. Below 1/sqrt(2) a node does not reach its diagonal neighbours, and a fit of order 2 has
                    no xy
@@ -156,7 +156,7 @@ def by_spectrum(scene: Scene) -> str:
 
 def limit(scene: Scene) -> tuple[float, float]:
     """Measured and predicted limit of the step [s]."""
-    from ..bodies.shell_sph.instead.limit import LimitSearch
+    from ..bodies.shell.instead.limit import LimitSearch
     from ..world.world import World
 
     sim = World(scene, threads=1)

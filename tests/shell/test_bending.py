@@ -87,7 +87,7 @@ def test_constant_curvature_is_exact_on_a_plate():
 @pytest.mark.parametrize("surface", ["flat", "curved"])
 def test_six_rigid_modes_and_no_soft_one(surface):
     """Exactly six zero modes; the first flexible one is where it belongs, whatever the nodes."""
-    from taichi_sph.bodies.shell_sph.instead.modes import lowest
+    from taichi_sph.bodies.shell.instead.modes import lowest
 
     found = {p: lowest(start(shell_scene(surface, irregularity=p)).shell, 6) for p in (0.0, 0.25)}
     for _, _, rigid in found.values():

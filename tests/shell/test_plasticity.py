@@ -404,7 +404,7 @@ def test_the_return_is_the_nearest_point(alpha, kappa, size):
 
 
 def _given(a, b):
-    """The increments of bodies/shell_sph/metal.py, in NumPy by eigenvectors."""
+    """The increments of bodies/shell/metal.py, in NumPy by eigenvectors."""
     d = np.zeros_like(a)
     for k in range(len(a)):
         g, change = 0.5 * (a[k] + b[k]), b[k] - a[k]

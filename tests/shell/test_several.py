@@ -190,7 +190,7 @@ def test_plates_of_other_numbers_stand_in_one_group():
 
 def test_largest_frequencies_are_those_of_the_bodies():
     """Bit for bit: the iterations of two bodies share the evaluations of the operator, nothing else."""
-    from taichi_sph.bodies.shell_sph.stable_dt import largest_frequencies
+    from taichi_sph.bodies.shell.stable_dt import largest_frequencies
 
     one, two = torn("one", (0.0, 0.0, 0.0), "galerkin"), torn("two", (0.0, 2 * SIDE, 0.0), "galerkin")
     stiff = two[0].model_copy(update={"material": Material(**CONCRETE | BRITTLE | {"young": 64e9})})

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from taichi_sph import runtime
-from taichi_sph.bodies.shell_sph.stable_dt import largest_frequency
+from taichi_sph.bodies.shell.stable_dt import largest_frequency
 from taichi_sph.scene import (
     Box,
     InitialVelocity,

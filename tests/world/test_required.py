@@ -75,8 +75,8 @@ NEVER_FLAT = {
     "bodies.rigid.",
     "bodies.fluid",
     "observers.leak",
-    "bodies.shell_sph.metal",
-    "bodies.shell_sph.pressure",
+    "bodies.shell.metal",
+    "bodies.shell.pressure",
     "laws.",
 }
 
@@ -136,8 +136,8 @@ def test_water_alone_has_nothing_of_a_shell():
         if k.startswith(
             (
                 "bodies.shell_sph.galerkin",
-                "bodies.shell_sph.metal",
-                "bodies.shell_sph.stress",
+                "bodies.shell.metal",
+                "bodies.shell.stress",
                 "couplings.contact.",
                 "bodies.rigid.",
                 "bodies.nodal.",
@@ -148,13 +148,13 @@ def test_water_alone_has_nothing_of_a_shell():
 
 
 STEP = {f"bodies.shell_sph.galerkin.{name}" for name in ("_row_values", "_edge_forces", "_node_forces")} | {
-    "bodies.shell_sph.stress.of_sound_cells",
+    "bodies.shell.stress.of_sound_cells",
     "bodies.nodal.motion.kick_and_drift",
 }
 STRIKER = {
     *(f"bodies.rigid.pool.{name}" for name in ("rest", "move")),
     "bodies.rigid.port._look",
-    "bodies.shell_sph.port._look",
+    "bodies.shell.port._look",
     "couplings.contact.multipliers._wear",
     "couplings.contact.multipliers._book",
 }

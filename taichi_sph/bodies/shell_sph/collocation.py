@@ -20,11 +20,11 @@ from ...geometry.mesh import SurfaceMesh, tangent_frames
 from ...numerics.reduce import Reducer
 from ...pool import Pool
 from ...runtime import ti
-from .build import Model, bounded_shear, by_cell, by_node, cell_spacing, centred
+from ..shell.build import Model, bounded_shear, by_cell, by_node, cell_spacing, centred, longest_diagonal
+from ..shell.stress import of_sound_cells, resultants
 from .links import Links
 from .selective import SelectiveShear, node_shears, shear_at, shear_dead, take_shear
 from .slits import slits
-from .stress import of_sound_cells, resultants
 
 
 class Collocation(Pool):
@@ -42,6 +42,7 @@ class Collocation(Pool):
         self.answer = _stress  # of a cell to its strains
         local = mesh.node_spacing
         forms: list[Any] = [body.numerics.formulation for body in bodies]
+        self.reach = 4.0 * forms[0].support * float(mesh.node_spacing.max()) + longest_diagonal(mesh)
         supports, numbers = [form.support for form in forms], np.arange(len(bodies))
         of_nodes = nodes.body if nodes.several else None
         frames = tangent_frames(mesh.node_normals)

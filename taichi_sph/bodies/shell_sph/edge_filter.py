@@ -10,9 +10,9 @@ from collections.abc import Sequence
 
 from ...runtime import ti
 from ..nodal.nodes import Nodes, body_of
+from ..shell.pool import Cells
 from .damper import Damper
 from .links import Links
-from .pool import Cells
 
 THESIS_STEP = 0.15  # D/c, the step to which eta belongs (T 2.4: cstab 0.15)
 

@@ -41,11 +41,11 @@ from ...geometry.mesh import SurfaceMesh, tangent_frames
 from ...numerics.reduce import Reducer
 from ...pool import Pool
 from ...runtime import ti
-from .build import Model, bounded_shear, by_cell, by_node, cell_spacing
+from ..shell.build import Model, bounded_shear, by_cell, by_node, cell_spacing, longest_diagonal
+from ..shell.stress import of_sound_cells, resultants
 from .galerkin_reference import references, references_touched, shares, sides, turns, turns_touched
 from .links import Links
 from .slits import slits
-from .stress import of_sound_cells, resultants
 
 GAUSS = 0.5 / np.sqrt(3.0)
 LOOK, STEP, JUMP = 0, 1, 2  # why residuals are evaluated: to see the forces, to go on in time, after a rupture
@@ -73,6 +73,7 @@ class Galerkin(Pool):
         local = mesh.node_spacing
         spacing = np.concatenate([0.5 * (local[edges.nodes[:, 0]] + local[edges.nodes[:, 1]]), local])
         forms: list[Any] = [body.numerics.formulation for body in bodies]
+        self.reach = 4.0 * forms[0].support * float(mesh.node_spacing.max()) + longest_diagonal(mesh)
         support = by_node(bodies, [form.support for form in forms])
         body_of_row = by_node(bodies, np.arange(len(bodies)))
         first_ends = edges.nodes[:, 0]

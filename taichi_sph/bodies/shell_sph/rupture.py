@@ -20,7 +20,7 @@ from ...pool import Pool
 from ...runtime import ti
 
 if TYPE_CHECKING:
-    from .group import ShellGroup
+    from .group import ParticleShells
 
 
 class Rupture(Pool):
@@ -28,7 +28,7 @@ class Rupture(Pool):
 
     kept = ("released", "broken", "events", "fragments")
 
-    def __init__(self, group: "ShellGroup", name: str = "rupture"):
+    def __init__(self, group: "ParticleShells", name: str = "rupture"):
         super().__init__(name)
         self.group = group
         self.released = 0.0  # J

@@ -22,7 +22,7 @@ import numpy as np
 from ... import runtime
 from ...pool import Pool
 from ...runtime import ti
-from .build import Model, by_cell, by_node, centred
+from ..shell.build import Model, by_cell, by_node, centred
 from .links import Links
 
 K, EXPONENT = 1e-2, 2  # T 2.55

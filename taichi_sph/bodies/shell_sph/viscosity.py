@@ -20,7 +20,7 @@ from typing import Any
 from ...numerics.kernel import CONSTANT, b3_slope
 from ...runtime import ti
 from ..nodal.nodes import body_of
-from .build import Model
+from ..shell.build import Model
 from .damper import Damper
 from .links import Links
 

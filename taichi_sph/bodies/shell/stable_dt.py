@@ -29,7 +29,7 @@ class StableStep(Pool):
     renew the operator near the crack, every `look_every` steps of the form at most. dt never grows again.
 
     A shell gets stiffer where it is stretched: along a stretch l, the force S(E) l has the tangent (3 l^2 - 1) / 2 = 1 + 3 E times
-    that at rest. The stress of a metal follows the logarithmic strain (bodies/shell_sph/metal.py), so a metal gets stiffer where it is
+    that at rest. The stress of a metal follows the logarithmic strain (bodies/shell/metal.py), so a metal gets stiffer where it is
     compressed: E e_0 / l^2 in the plane, and its directors (e / e_0)^2 times as much, e / e_0 = 1 / det U. The stretch of a metal may
     change by percents in a step; so a metal is looked at every few steps and gets more room.
     """
@@ -45,9 +45,9 @@ class StableStep(Pool):
         self.look_every = group.internal.look_every
         if group.material.yields:
             self.stiffer, self.look_every = ROOM, 10
-            self.blocks = -(-group.cells.n // BLOCK)
+            self.blocks = -(-group.points.n // BLOCK)
             self.partial = self.field("partial", self.blocks, dtype="f64", doc="scratch")
-        self.events, self.looked = group.rupture.events, 0
+        self.events, self.looked = group.ruptures, 0
 
     @property
     def dt(self) -> float:
@@ -56,7 +56,7 @@ class StableStep(Pool):
 
     def _stretched(self) -> bool:
         """Whether sound cells are stretched beyond what the step allows for: then it is shortened, with some room."""
-        cells = self.group.cells
+        cells = self.group.points
         if self.group.material.yields:
             _stiffest(self.partial, cells, self.group.material, cells.n, self.blocks)
             needed = max(1.0, float(np.sqrt(runtime.get(self.partial, self.blocks).max())))
@@ -78,9 +78,9 @@ class StableStep(Pool):
         group = self.group
         if now.step % self.look_every == 0 and self._stretched():
             return True
-        if group.rupture.events == self.events or now.step - self.looked < group.internal.look_every:
+        if group.ruptures == self.events or now.step - self.looked < group.internal.look_every:
             return False
-        self.events, self.looked = group.rupture.events, now.step
+        self.events, self.looked = group.ruptures, now.step
         frequency, self.mode = largest_frequency(group, AGAIN, self.mode)
         if frequency <= 1.001 * self.frequency:
             return False

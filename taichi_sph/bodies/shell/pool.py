@@ -15,8 +15,8 @@ from ...scene.materials import Material
 from ..nodal.nodes import Nodes
 
 
-class Cells(Pool):
-    """Stress points, one per cell: geometry (constant), damage and energy (history).
+class StressPoints(Pool):
+    """Stress points: geometry (constant), damage, plasticity and energy (history).
 
     Tangents, area and director of the reference are filled by the formulation, from its own operator: then a
     rigid motion strains nothing, to rounding.
@@ -24,30 +24,21 @@ class Cells(Pool):
 
     def __init__(
         self,
-        mesh: SurfaceMesh,
+        n: int,
         nodes: Nodes,
         material: "MaterialPool",
         sound: np.ndarray | None = None,
         body: np.ndarray | None = None,
-        name: str = "cells",
+        name: str = "points",
     ):
-        """sound (M,) bool: cells that are never damaged; None where there is none. body (M,): number of the body; None where there
+        """sound (n,) bool: points that are never damaged; None where there is none. body (n,): number of the body; None where there
         is one."""
         super().__init__(name)
-        self.n = n = len(mesh.cells)
+        self.n = n
         self.several = nodes.several
         body = np.zeros(n, np.int32) if body is None else body.astype(np.int32)
         self.body = self.field("body", n, dtype="i32", doc="number of its body in the group")
         runtime.put(self.body, body)
-        self.nodes_X = nodes.X
-        self.n_corners = self.field("n_corners", n, dtype="i32", doc="number of corners, 3 or 4")
-        self.corner = self.field("corner", n, 4, "i32", doc="node numbers, -1 where there is none")
-        self.edge = self.field("edge", n, 4, "i32", doc="edge numbers, -1 where there is none")
-        self.sides = self.field("sides", len(mesh.edges.nodes), 2, "i32", doc="of an edge: 4 * cell + side, -1 where there is none")
-        self.centre = self.field("centre", n, 3, "f64", unit="m", doc="mean of the corners, reference")
-        self.t1 = self.field("t1", n, 3, "f64", doc="tangent frame, reference")
-        self.t2 = self.field("t2", n, 3, "f64", doc="tangent frame, reference")
-        self.radius = self.field("radius", n, dtype="f64", unit="m", doc="farthest corner from the centre")
         self.area = self.field("area", n, unit="m2", doc="reference area")
         self.a1 = self.field("a1", n, nodes.dim, doc="X_,1 of the reference; a1 and a2 are orthonormal")
         self.a2 = self.field("a2", n, nodes.dim, doc="X_,2 of the reference")
@@ -77,28 +68,10 @@ class Cells(Pool):
             self._metal(material, nodes.bends, body)
         self.new = self.field("new", n, dtype="i32", doc="cells that break in this step")
         self.n_new = self.field("n_new", 1, dtype="i32", doc="how many they are")
-        self.start_of_node = self.field("start_of_node", nodes.n + 1, dtype="i32", doc="where the cells of a node begin in of_node")
-        self.of_node = self.field("of_node", int(mesh.corners.sum()), dtype="i32", doc="cells around each node")
-
-        runtime.put(self.n_corners, mesh.corners)
-        runtime.put(self.corner, mesh.cells.astype(np.int32))
-        runtime.put(self.edge, mesh.edges.cell_edges)
-        runtime.put(self.sides, mesh.edges.sides)
-        runtime.put(self.centre, mesh.centres)
-        runtime.put(self.t1, np.ascontiguousarray(mesh.frames[:, 0]))
-        runtime.put(self.t2, np.ascontiguousarray(mesh.frames[:, 1]))
-        spokes = np.linalg.norm(mesh.points[np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)] - mesh.centres[:, None], axis=2)
-        runtime.put(self.radius, spokes.max(axis=1))
         runtime.put(self.rupture_time, np.full(n, np.nan))
-        node = mesh.cells.ravel()
-        cell = np.repeat(np.arange(n), 4)[node >= 0]
-        node = node[node >= 0]
-        order = np.argsort(node, kind="stable")
-        runtime.put(self.of_node, cell[order].astype(np.int32))
-        runtime.put(self.start_of_node, np.r_[0, np.cumsum(np.bincount(node, minlength=nodes.n))].astype(np.int32))
 
     def _metal(self, material: "MaterialPool", bends: bool, body: np.ndarray) -> None:
-        """History of a metal (bodies/shell_sph/metal.py); of a bent shell in layers, at every layer as well."""
+        """History of a metal (bodies/shell/metal.py); of a bent shell in layers, at every layer as well."""
         first = material.first[body]
         n = self.n
         size = 8 if bends else 3
@@ -124,6 +97,72 @@ class Cells(Pool):
                 self.hardening = self.field("hardening", n, doc="lambda <= p (T 2.78)", keeps=True)
             if material.rated:
                 self.rate = self.field("rate", n, unit="1/s", doc="equivalent strain rate of the last step", keeps=True)
+
+
+class Joined(Pool):
+    """Cells of a mesh and what they join."""
+
+    n: int
+    broken: Any
+
+    def join(self, mesh: SurfaceMesh, nodes: Nodes) -> None:
+        """Corners, edges and neighbours of the cells of a mesh."""
+        n = self.n
+        self.nodes_X = nodes.X
+        self.n_corners = self.field("n_corners", n, dtype="i32", doc="number of corners, 3 or 4")
+        self.corner = self.field("corner", n, 4, "i32", doc="node numbers, -1 where there is none")
+        self.edge = self.field("edge", n, 4, "i32", doc="edge numbers, -1 where there is none")
+        self.sides = self.field("sides", len(mesh.edges.nodes), 2, "i32", doc="of an edge: 4 * cell + side, -1 where there is none")
+        self.centre = self.field("centre", n, 3, "f64", unit="m", doc="mean of the corners, reference")
+        self.t1 = self.field("t1", n, 3, "f64", doc="tangent frame, reference")
+        self.t2 = self.field("t2", n, 3, "f64", doc="tangent frame, reference")
+        self.radius = self.field("radius", n, dtype="f64", unit="m", doc="farthest corner from the centre")
+        self.start_of_node = self.field("start_of_node", nodes.n + 1, dtype="i32", doc="where the cells of a node begin in of_node")
+        self.of_node = self.field("of_node", int(mesh.corners.sum()), dtype="i32", doc="cells around each node")
+
+        runtime.put(self.n_corners, mesh.corners)
+        runtime.put(self.corner, mesh.cells.astype(np.int32))
+        runtime.put(self.edge, mesh.edges.cell_edges)
+        runtime.put(self.sides, mesh.edges.sides)
+        runtime.put(self.centre, mesh.centres)
+        runtime.put(self.t1, np.ascontiguousarray(mesh.frames[:, 0]))
+        runtime.put(self.t2, np.ascontiguousarray(mesh.frames[:, 1]))
+        spokes = np.linalg.norm(mesh.points[np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)] - mesh.centres[:, None], axis=2)
+        runtime.put(self.radius, spokes.max(axis=1))
+        node = mesh.cells.ravel()
+        cell = np.repeat(np.arange(n), 4)[node >= 0]
+        node = node[node >= 0]
+        order = np.argsort(node, kind="stable")
+        runtime.put(self.of_node, cell[order].astype(np.int32))
+        runtime.put(self.start_of_node, np.r_[0, np.cumsum(np.bincount(node, minlength=nodes.n))].astype(np.int32))
+
+
+class Topology(Joined):
+    """Cells of a mesh and what they join. Of a form whose cells hold several stress points each; a Cells is both."""
+
+    def __init__(self, mesh: SurfaceMesh, nodes: Nodes, name: str = "elements"):
+        super().__init__(name)
+        self.n = n = len(mesh.cells)
+        self.broken = self.field("broken", n, dtype="i32", doc="1: carries nothing any more", keeps=True)
+        self.join(mesh, nodes)
+
+
+class Cells(StressPoints, Joined):
+    """Stress points, one per cell: geometry (constant), damage and energy (history), and the topology of the cells."""
+
+    def __init__(
+        self,
+        mesh: SurfaceMesh,
+        nodes: Nodes,
+        material: "MaterialPool",
+        sound: np.ndarray | None = None,
+        body: np.ndarray | None = None,
+        name: str = "cells",
+    ):
+        """sound (M,) bool: cells that are never damaged; None where there is none. body (M,): number of the body; None where there
+        is one."""
+        super().__init__(len(mesh.cells), nodes, material, sound, body, name)
+        self.join(mesh, nodes)
 
     @ti.func
     def nothing_across(self, edge, s):

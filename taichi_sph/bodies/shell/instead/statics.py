@@ -87,10 +87,10 @@ class Relaxation(Pool):
         self.spacing = self.field("spacing", bodies, unit="m", doc="of a body")
         if nodes.bends:
             self.before_couple = self.field("before_couple", n, 3, unit="N m", doc="couple of the step before")
-            shear = runtime.get(group.cells.shear, group.cells.n)
+            shear = runtime.get(group.points.shear, group.points.n)
             constants = zip(*(group.material.numbers(key) for key in ("young", "thickness", "poisson")))
             stiff = [young * e / (1.0 - nu**2) for young, e, nu in constants]
-            ratios = [min(1.0, shear[body.cells.rows].mean() / K) for body, K in zip(group.shells, stiff)]
+            ratios = [min(1.0, shear[body.points.rows].mean() / K) for body, K in zip(group.shells, stiff)]
             runtime.put(self.ratio, by_node(group.shells, ratios))
         else:
             runtime.put(self.ratio, np.ones(nodes.n))

@@ -101,10 +101,7 @@ def stiffness(group: ShellGroup) -> tuple[Any, np.ndarray, np.ndarray, np.ndarra
 
     operator = Operator(group)
     X = group.mesh.points
-    support = 2.0 * group.shells[0].numerics.formulation.support * float(group.mesh.node_spacing.max())
-    ends = X[np.where(group.mesh.cells < 0, group.mesh.cells[:, :1], group.mesh.cells)]
-    longest = float(np.linalg.norm(ends[:, :, None] - ends[:, None, :], axis=3).max())
-    reach = 2.0 * support + longest
+    reach = group.internal.reach
     tree = cKDTree(X)
     colour = _colours(tree, X, 2.0 * reach)
     free = free_directions(group)

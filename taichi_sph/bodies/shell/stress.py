@@ -1,4 +1,4 @@
-"""From the gradients at a stress point to its resultants: strain, damage, rupture. Both formulations.
+"""From the gradients at a stress point to its resultants: strain, damage, rupture. All formulations.
 
 Reference tangents a_1, a_2 (orthonormal), director N; now x_,a = a_a + u_,a and n = N + d. With the strains
 
@@ -27,7 +27,7 @@ from ...numerics.reduce import BLOCK
 from ...runtime import ti
 from ..nodal.nodes import body_of
 from . import metal
-from .pool import Cells, MaterialPool
+from .pool import MaterialPool, StressPoints
 
 
 @ti.func
@@ -108,6 +108,29 @@ def _damage(cells: ti.template(), material: ti.template(), s, g: ti.template(), 
 
 
 @ti.func
+def answer(cells: ti.template(), material: ti.template(), s, g: ti.template(), dt, intact, tally):
+    """Resultants (N11, N22, N12, M11, M22, M12, Q1, Q2) [N/m, N] of stress point s at the strains g, by whatever law the material has.
+
+    Advances damage and plastic flow over dt, as `resultants` says.
+    """
+    r = generalised(material, body_of(cells, s), shear_of(cells, material, s), g)
+    if intact == 0:
+        if ti.static(material.yields):
+            r = metal.advance(cells, material, s, g, dt, 1 - tally)
+        else:
+            if ti.static(material.damages):
+                r *= 1.0 - _damage(cells, material, s, g, r, dt, tally)
+                if dt > 0.0 or tally == 0:  # what damage takes is counted from the strains of the step before
+                    cells.strain[s] = g
+            else:
+                cells.strain[s] = g
+        if ti.static(material.breaks):
+            if cells.delayed[s] >= material.critical[body_of(cells, s)] and cells.broken[s] == 0 and dt > 0.0:
+                cells.new[ti.atomic_add(cells.n_new[0], 1)] = s
+    return r
+
+
+@ti.func
 def resultants(cells: ti.template(), material: ti.template(), s, u1, u2, d1, d2, d, dt, intact, tally):
     """n^1, n^2, m^1, m^2 [N/m, N], q [N/m] of cell s from the gradients of u and d and the mean of d.
 
@@ -130,20 +153,7 @@ def resultants(cells: ti.template(), material: ti.template(), s, u1, u2, d1, d2,
         g[5] = a1.dot(d2) + u1.dot(n_2) + a2.dot(d1) + u2.dot(n_1)
         g[6] = a1.dot(d) + u1.dot(n)
         g[7] = a2.dot(d) + u2.dot(n)
-    r = generalised(material, body_of(cells, s), shear_of(cells, material, s), g)
-    if intact == 0:
-        if ti.static(material.yields):
-            r = metal.advance(cells, material, s, g, dt, 1 - tally)
-        else:
-            if ti.static(material.damages):
-                r *= 1.0 - _damage(cells, material, s, g, r, dt, tally)
-                if dt > 0.0 or tally == 0:  # what damage takes is counted from the strains of the step before
-                    cells.strain[s] = g
-            else:
-                cells.strain[s] = g
-        if ti.static(material.breaks):
-            if cells.delayed[s] >= material.critical[body_of(cells, s)] and cells.broken[s] == 0 and dt > 0.0:
-                cells.new[ti.atomic_add(cells.n_new[0], 1)] = s
+    r = answer(cells, material, s, g, dt, intact, tally)
     n1 = r[0] * x1 + r[2] * x2
     n2 = r[2] * x1 + r[1] * x2
     m1, m2, q = n1 * 0.0, n1 * 0.0, n1 * 0.0
@@ -164,7 +174,7 @@ def of_sound_cells(term: ti.template(), n: ti.i32, dt: float, intact: ti.i32):
             term.answer(term, s, dt, intact, 1)
 
 
-def stored_energy(partial: Any, cells: Cells, material: MaterialPool, blocks: int) -> float:
+def stored_energy(partial: Any, cells: StressPoints, material: MaterialPool, blocks: int) -> float:
     """Elastic energy of the live cells [J]; partial: scratch for one number a block."""
     _elastic(partial, cells, material, cells.n, blocks)
     return float(np.sum(runtime.get(partial, blocks)))

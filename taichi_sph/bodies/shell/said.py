@@ -39,6 +39,8 @@ class Viscosity(Frozen):
 class Galerkin(Frozen):
     """Nodal force = exact transpose of the strain operator (docs/method.md)."""
 
+    body: ClassVar[str] = "shell_sph"
+    label: ClassVar[str] = "galerkin"
     kind: Literal["galerkin"] = "galerkin"
     support: Annotated[Dimensionless, Field(ge=1.0, le=2.0)] = 1.2  # h / D
     stabilisation: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.2  # gamma
@@ -49,6 +51,8 @@ class Collocation(Frozen):
     """The thesis's strong form (T 2.2), with its viscosity and its filters on spins (T 2.39) and on crack edges
     (T 2.3.6.5)."""
 
+    body: ClassVar[str] = "shell_sph"
+    label: ClassVar[str] = "collocation"
     kind: Literal["collocation"] = "collocation"
     support: Annotated[Dimensionless, Field(ge=1.0, le=2.0)] = 1.2
     viscosity: Viscosity = Viscosity()
@@ -121,7 +125,7 @@ class Shell(Body):
             self._in_plane(scene, where)
         numerics = scene.numerics_of(self)
         form, own = numerics.formulation, f"{where}." if self.formulation is not None else "numerics."
-        if form.kind != "galerkin" and any(pressure.body == self.name for pressure in scene.pressures):
+        if form.kind == "collocation" and any(pressure.body == self.name for pressure in scene.pressures):
             raise ValueError(f"pressures: {own}formulation '{form.kind}' has no surface pressure; use 'galerkin', or forces")
         if getattr(form, "selective_shear", False) and (self.material.damage or self.material.strength):
             raise ValueError(f"{own}formulation.selective_shear knows no damage and no strength of the nodes' shear; leave one of them out")

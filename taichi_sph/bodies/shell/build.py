@@ -17,19 +17,20 @@ from ...scene.numerics import Numerics
 from ...scene.regions import Region
 from ..body import Span
 from ..nodal.nodes import Nodes
-from .pool import Cells, MaterialPool, Section
+from .pool import Cells, MaterialPool, Section, StressPoints, Topology
 from .said import Shell
 
 
 @dataclass(frozen=True)
 class ShellBody:
-    """One shell of a group: what was said of it, how it is computed, its mesh, and its share of the pools."""
+    """One shell of a group: what was said of it, how it is computed, its mesh, and its share of the pools. points: its stress points."""
 
     said: Shell
     numerics: Numerics
     mesh: SurfaceMesh
     nodes: Span
     cells: Span
+    points: Span
 
     @property
     def name(self) -> str:
@@ -38,12 +39,14 @@ class ShellBody:
 
 @dataclass
 class Model:
-    """What exists: the bodies, their meshes as one, and the pools."""
+    """What exists: the bodies, their meshes as one, and the pools. cells: what the cells of the mesh join; points: the stress points, which
+    are the cells where each of them has one."""
 
     bodies: tuple[ShellBody, ...]
     mesh: SurfaceMesh
     nodes: Nodes
-    cells: Cells
+    cells: Any  # Cells, or a Topology
+    points: StressPoints
     material: MaterialPool
 
 
@@ -63,22 +66,27 @@ def laws(scene: Scene, shell: Shell) -> tuple:
     return (shell.motion, history, form.kind, terms, every)
 
 
-def alike(scene: Scene) -> list[list[Shell]]:
-    """The shells of the scene, those of the same laws together, in the order of the first of them."""
+def alike(scene: Scene, kind: str) -> Iterator[tuple[str, list[Shell]]]:
+    """The shells of the scene whose form belongs to that kind of body, those of the same laws together, in the order of the first of them;
+    before each set the end of the names of its pools: "", "_2" and so on."""
     found: dict[tuple, list[Shell]] = {}
     for shell in scene.shells:
         found.setdefault(laws(scene, shell), []).append(shell)
-    return list(found.values())
+    for k, shells in enumerate(found.values(), start=1):
+        if scene.numerics_of(shells[0]).formulation.body == kind:
+            yield f"_{k}" if k > 1 else "", shells
 
 
-def build(scene: Scene, shells: Sequence[Shell], suffix: str = "") -> Model:
-    """Allocate and fill the pools of shells of the same laws; suffix: of the names of the pools."""
+def build(scene: Scene, shells: Sequence[Shell], suffix: str = "", per_cell: int = 1) -> Model:
+    """Allocate and fill the pools of shells of the same laws; suffix: of the names of the pools; per_cell: stress points of a cell, those
+    of cell c from per_cell * c on."""
     bodies: list[ShellBody] = []
     node, cell = 0, 0
     for shell in shells:
         mesh = mesh_of(shell, scene)
         n, m = len(mesh.points), len(mesh.cells)
-        bodies.append(ShellBody(shell, scene.numerics_of(shell), mesh, Span(shell.name, node, n), Span(shell.name, cell, m)))
+        stress = Span(shell.name, per_cell * cell, per_cell * m)
+        bodies.append(ShellBody(shell, scene.numerics_of(shell), mesh, Span(shell.name, node, n), Span(shell.name, cell, m), stress))
         node, cell = node + n, cell + m
     mesh = joined([body.mesh for body in bodies])
     bends = shells[0].motion == "free"
@@ -93,8 +101,14 @@ def build(scene: Scene, shells: Sequence[Shell], suffix: str = "") -> Model:
     spared = None
     if shells[0].sound:
         spared = np.concatenate([np.any([inside(region, body.mesh.centres) for region in body.said.sound], axis=0) for body in bodies])
-    cells = Cells(mesh, nodes, material, spared, by_cell(bodies, numbers), f"cells{suffix}")
-    return Model(tuple(bodies), mesh, nodes, cells, material)
+    of_cell = by_cell(bodies, numbers)
+    if per_cell == 1:
+        cells = Cells(mesh, nodes, material, spared, of_cell, f"cells{suffix}")
+        return Model(tuple(bodies), mesh, nodes, cells, cells, material)
+    if spared is not None:
+        spared = np.repeat(spared, per_cell)
+    points = StressPoints(per_cell * len(mesh.cells), nodes, material, spared, np.repeat(of_cell, per_cell), f"points{suffix}")
+    return Model(tuple(bodies), mesh, nodes, Topology(mesh, nodes, f"elements{suffix}"), points, material)
 
 
 def by_node(bodies: Sequence[ShellBody], values: Any) -> np.ndarray:
@@ -110,6 +124,12 @@ def by_cell(bodies: Sequence[ShellBody], values: Any) -> np.ndarray:
 def centred(bodies: Sequence[ShellBody]) -> np.ndarray:
     """(N, 3) reference positions, from the mean of the body's own [m]."""
     return np.concatenate([body.mesh.points - body.mesh.points.mean(axis=0) for body in bodies])
+
+
+def longest_diagonal(mesh: SurfaceMesh) -> float:
+    """Largest distance between two corners of a cell [m]."""
+    ends = mesh.points[np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)]
+    return float(np.linalg.norm(ends[:, :, None] - ends[:, None, :], axis=3).max())
 
 
 def cell_spacing(mesh: SurfaceMesh) -> np.ndarray:

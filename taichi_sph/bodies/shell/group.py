@@ -1,0 +1,288 @@
+"""Shells at work: pools, internal forces, loads and stable step of a group, in the order of a step.
+
+A kind of shell says what its internal forces are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from ... import runtime
+from ...errors import RunStopped
+from ...frame import BodyFrame
+from ...numerics.reduce import BLOCK, Reducer, fastest
+from ...pool import Pool
+from ...scene.schema import Scene
+from ..body import Clocked, Entries, InPlace, Now, Rest, Span
+from ..nodal.loads import Loads
+from ..nodal.motion import kick_and_drift
+from ..nodal.slow import SlowNodes
+from .build import (
+    Model,
+    ShellBody,
+    build,
+    curve,
+    initial_spin,
+    initial_velocity,
+    laws,
+    node_forces,
+    node_moments,
+    node_motions,
+    pressed_cells,
+)
+from .metal import thicknesses
+from .port import ShellSurface
+from .pressure import BOOK, Pressed, SurfacePressures
+from .said import Shell
+from .stable_dt import StableStep
+from .stress import stored_energy
+from .surface import ShellPoints
+
+
+class ShellGroup(Rest):
+    """Shells of the same laws. shells: the bodies; mesh: theirs as one; nodes, cells, points, material: the pools (points: the stress
+    points, which are the cells where each has one); internal, pressures, loads: what acts; sound (B,): the speed of sound in each body
+    [m/s]."""
+
+    kind = "shell"
+
+    def __init__(self, scene: Scene, shells: list[Shell], suffix: str = ""):
+        self.scene, self.suffix = scene, suffix
+        self.now = Now()
+        model = self.model = build(scene, shells, suffix, self.per_cell(scene.numerics_of(shells[0]).formulation))
+        self.shells, self.mesh = model.bodies, model.mesh
+        self.nodes, self.cells, self.points, self.material = model.nodes, model.cells, model.points, model.material
+        self.bodies: tuple[Span, ...] = tuple(body.nodes for body in self.shells)
+        self.every = laws(scene, shells[0])[-1]
+        self.reducer = Reducer(max(self.nodes.n, self.points.n), f"reduce{suffix}")
+        self.internal = self.form(model)
+        dim = self.nodes.dim
+        self.loads = Loads(
+            self.nodes,
+            list(node_forces(scene, self.shells, dim)),
+            list(node_motions(scene, self.shells, dim)),
+            list(node_moments(scene, self.shells)),
+            f"loads{suffix}",
+            self.every > 1,
+        )
+        self.slow = SlowNodes(self.nodes, self.loads, self.every, f"slow{suffix}") if self.every > 1 else None
+        self.pressures = self._pressures()
+        materials = [body.said.material for body in self.shells]
+        self.sound = np.array([float(np.sqrt(m.young / m.density / (1 - m.poisson**2))) for m in materials])
+        self.stable: StableStep
+
+    def start(self) -> None:
+        """Velocities and the stable step, once all bodies are there."""
+        runtime.put(self.nodes.v, initial_velocity(self.scene, self.shells, self.nodes.dim))
+        if self.nodes.bends and any(start.rotation is not None for start in self.scene.initial):
+            runtime.put(self.nodes.omega, initial_spin(self.scene, self.shells))
+        self.stable = StableStep(self, f"stable{self.suffix}")
+
+    # --- what a kind of shell says for itself ---
+
+    def per_cell(self, form: Any) -> int:
+        """Stress points of a cell in that form."""
+        return 1
+
+    def form(self, model: Model) -> Any:
+        """The internal forces: a pool with `strain`, `force`, `stored`, `lost`, `dissipated`, `pools` and `reach` [m], how far from a node
+        its displacement makes forces."""
+        raise NotImplementedError
+
+    def pressed_by(self, pressed: Sequence[Pressed]) -> SurfacePressures:
+        """The pressures on the group."""
+        raise NotImplementedError
+
+    @property
+    def ruptures(self) -> int:
+        """How often cells broke so far."""
+        return 0
+
+    def events_of(self) -> Sequence[Pool]:
+        """What holds the history of ruptures."""
+        return ()
+
+    def calm(self, now: Now) -> None:
+        """Adds the forces of what keeps the computation calm."""
+
+    def calming(self) -> Sequence[Pool]:
+        """The pools of those."""
+        return ()
+
+    # --- what all have ---
+
+    def of(self, name: str) -> ShellBody:
+        """The body of that name."""
+        return next(body for body in self.shells if body.name == name)
+
+    @property
+    def shell(self) -> Shell:
+        """What was said of the only body."""
+        (body,) = self.shells
+        return body.said
+
+    @property
+    def spacing(self) -> float:
+        """The smallest spacing of the bodies [m]."""
+        return self.mesh.spacing
+
+    def _pressures(self) -> SurfacePressures | None:
+        pressed = [
+            Pressed(pressed_cells(body, p.where), p.value, curve(self.scene, p.history), p.kind == "follower")
+            for body in self.shells
+            for p in self.scene.loads_of("pressures", body.name)
+        ]
+        return self.pressed_by(pressed) if pressed else None
+
+    def strain(self, now: Now) -> None:
+        self.now = now
+        self.internal.strain(self.every * now.dt)
+
+    def events(self, now: Now) -> None:
+        """The work of pressures."""
+        if self.pressures is not None:
+            self.pressures.press(now.time, BOOK)
+
+    def force(self, now: Now) -> None:
+        self.internal.force()
+        self.calm(now)
+        if self.slow is None:
+            self.loads.update(now.time)
+        else:
+            self.slow.strike(now.time, now.dt_before)
+
+    def move(self, now: Now) -> None:
+        """Every step of the clock moves the nodes; those that are not due feel only what others do to them."""
+        kick_and_drift(self.nodes, self.loads, self.nodes.n, now.dt_before, now.dt, now.half_time)
+        if self.slow is not None:
+            self.slow.moved(now.dt, now.due(self))
+
+    def longest_step(self) -> dict[str, float]:
+        return {f"{self.stable.safety:g} of 2/omega_max": self.stable.dt / self.every}
+
+    def hastens(self, now: Now) -> bool:
+        return self.stable.watch(now)
+
+    def held(self) -> np.ndarray:
+        """(N,) bool: nodes whose whole velocity is prescribed."""
+        if not self.loads.moves:
+            return np.zeros(self.nodes.n, bool)
+        group = runtime.get(self.nodes.fixed, self.nodes.n)
+        whole = np.all(runtime.get(self.loads.mask, int(group.max())), axis=1)
+        return (group > 0) & whole[np.maximum(group, 1) - 1]
+
+    def wettables(self, name: str, spacing: float, meets: Callable[[str], bool]) -> list[ShellPoints]:
+        """The points that water presses on: the nodes of the shells that are met, wherever they are."""
+        if not self.nodes.bends:
+            return []
+        runs = [list(run) for met, run in groupby(self.shells, key=lambda body: meets(body.name)) if met]
+        return [ShellPoints(f"{name}_{k}" if k > 1 else name, self, run) for k, run in enumerate(runs, start=1)]
+
+    def stored(self) -> float:
+        """Elastic energy [J]: live cells and residuals."""
+        used = max(1, -(-self.points.n // BLOCK))
+        return stored_energy(self.reducer.partial, self.points, self.material, used) + self.internal.stored(self.reducer)
+
+    def entries(self) -> Entries:
+        total = self.reducer.total
+        internal = {"elastic": self.stored()}
+        internal["damage"] = total(self.points.lost, self.points.n) if self.material.damages else 0.0
+        internal["damage"] += self.internal.lost(self.reducer)
+        if self.material.yields:
+            internal["plastic"] = total(self.points.dissipated, self.points.n) + self.internal.dissipated(self.reducer)
+        numerical: dict[str, float] = {}
+        if self.slow is not None:
+            numerical["lag"] = total(self.slow.lag, self.nodes.n)
+        external = total(self.loads.work, self.nodes.n) if self.loads.acts else 0.0
+        return Entries(self.kinetic(), external + self.pressed(), internal, numerical)
+
+    def kinetic(self) -> float:
+        """1/2 m v_n-1/2 . v_n+1/2 [J]."""
+        return self.reducer.total(self.nodes.kinetic, self.nodes.n)
+
+    def pressed(self) -> float:
+        """Work of the pressures [J]."""
+        return 0.0 if self.pressures is None else self.pressures.done(self.reducer)
+
+    def look(self, now: Now) -> None:
+        """RunStopped where a node is faster than sound in its body."""
+        if self.reducer.largest(self.nodes.v, self.nodes.n) <= self.sound.min():
+            return
+        speeds = np.linalg.norm(runtime.get(self.nodes.v, self.nodes.n).astype(np.float64), axis=1)
+        for body, sound in zip(self.shells, self.sound):
+            if not (speeds[body.nodes.rows] <= sound).all():
+                i, moves = fastest(self.nodes.v, self.nodes.X, body.nodes.n, body.nodes.first)
+                known = speeds[body.nodes.rows][np.isfinite(speeds[body.nodes.rows])]
+                if len(known) < body.nodes.n and (known <= sound).any() and (known <= sound).all():  # nothing had grown before
+                    raise RunStopped(
+                        f"shell '{body.name}': node {i} {moves} at t = {now.time:.6g} s, while no other node is fast: a force, a load or a"
+                        " place became no number there; look at the last frame before it"
+                    )
+                raise RunStopped(
+                    f"shell '{body.name}': node {i} {moves} at t = {now.time:.6g} s,"
+                    f" beyond the sound speed {sound:.4g} m/s; the time step is likely too long or the load too"
+                    " violent for this spacing: lower numerics.time_step_safety or the load"
+                )
+
+    def negligible(self) -> float:
+        """That of the body that has the least of it."""
+        rounding = 1e-6 if self.scene.numerics.precision == "f32" else 1e-12
+        return min(rounding**2 * body.said.material.young * body.said.thickness * float(body.mesh.areas.sum()) for body in self.shells)
+
+    def frames(self) -> list[BodyFrame]:
+        """The shells now: see BodyFrame for names and units."""
+        nodes, cells = self.nodes.shows(), self.of_cells()
+        nodes["velocity"] = self._in_space(nodes["velocity"])
+        nodes["fragment"], cells["broken"] = nodes["fragment"].astype(np.uint8), cells["broken"].astype(np.uint8)
+        n = self.nodes.n
+        points = self.mesh.points + self._in_space(runtime.get(self.nodes.u, n))
+        if self.nodes.bends:
+            nodes["director"] = runtime.get(self.nodes.N, n) + runtime.get(self.nodes.d, n)
+        found = []
+        for body in self.shells:
+            own = {name: values[body.cells.rows] for name, values in cells.items()}
+            if self.material.yields:
+                own["thickness"] = thicknesses(own["strain"], body.said.thickness)
+            of_nodes = {"reference": body.mesh.points} | {name: values[body.nodes.rows] for name, values in nodes.items()}
+            found.append(BodyFrame(body.name, points[body.nodes.rows], body.mesh.cells, of_nodes, own))
+        return found
+
+    def of_cells(self) -> dict[str, np.ndarray]:
+        """(M, ...) what frames show of the cells, by the name there."""
+        return self.cells.shows()
+
+    def _in_space(self, vectors: np.ndarray) -> np.ndarray:
+        """(N, 3) f64 of (N, dim)."""
+        return np.pad(vectors.astype(np.float64), ((0, 0), (0, 3 - self.nodes.dim)))
+
+    def probed(self, point: tuple[float, float, float], name: str | None = None) -> int:
+        """Number in the group of the node nearest to a reference point [m], of the body of that name; None: of the first."""
+        body = self.shells[0] if name is None else self.of(name)
+        return body.nodes.first + int(np.argmin(np.linalg.norm(body.mesh.points - np.asarray(point), axis=1)))
+
+    def probe(self, i: int) -> dict[str, float]:
+        """Displacement [m] and velocity [m/s] of node i."""
+        return {
+            f"{letter}_{axis}": float(field[i][c]) if c < self.nodes.dim else 0.0
+            for letter, field in (("u", self.nodes.u), ("v", self.nodes.v))
+            for c, axis in enumerate("xyz")
+        }
+
+    def surface(self) -> ShellSurface | None:
+        return ShellSurface(self) if self.nodes.bends else None
+
+    def instead(self, world: Clocked, alike: Sequence[Any]) -> InPlace | None:
+        from .instead import in_place
+
+        return in_place(world, alike)
+
+    def pools(self) -> list[Pool]:
+        """All that has fields or history; what the internal forces renew follows from nodes and cells."""
+        cells = [self.cells] if self.cells is self.points else [self.cells, self.points]
+        parts = [self.nodes, *cells, self.material, *self.loads.pools(), *self.events_of(), self.stable]
+        others = [part for part in (self.pressures, self.slow) if part is not None]
+        return [*parts, *self.internal.pools(), *self.calming(), *others]
