@@ -19,7 +19,7 @@ from .. import bodies as body_folder
 from .. import couplings as coupling_folder
 from ..bodies.fluid.said import Fluid, Wall
 from ..bodies.rigid.said import Rigid
-from ..bodies.shell_sph.said import Shell
+from ..bodies.shell.said import Shell
 from ..couplings.contact.said import Meeting, Met, met
 from ..couplings.springs.said import Spring
 from ..errors import nearest
