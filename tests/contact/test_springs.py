@@ -29,7 +29,7 @@ def place(sim, r: int = 0) -> np.ndarray:
 
 
 def to_ground(**more) -> Spring:
-    return Spring(name="s", between=("a", None), points=((0, 0, 0), (-0.5, 0, 0)), **({"stiffness": K} | more))
+    return Spring(**{"name": "s", "between": ("a", None), "points": ((0, 0, 0), (-0.5, 0, 0)), "stiffness": K} | more)
 
 
 def swing(spring: Spring, v: float, duration: float = 1.0, safety: float = 0.1, **more):
@@ -69,6 +69,50 @@ def test_a_spring_that_only_pulls_or_pushes_lets_go(only, free):
     assert rows[-1, 1] == pytest.approx(free * 0.2, rel=1e-9) and sim.energies()["elastic"] == 0.0
     rows, _ = swing(to_ground(only=only), -free, 0.2)
     assert abs(rows[:, 1]).max() < 1.05 / math.sqrt(K / M)
+
+
+def longest(sim) -> float:
+    """The longest step of the springs alone [s]."""
+    return min(step for coupling in sim.couplings for step in coupling.longest_step().values())
+
+
+def swings(springs: list[Spring], steps: float, **thrown) -> float:
+    """How far ball a gets in 400 steps of so many times the longest one [m]."""
+    sim = world(springs, [ball("a", 0.0, M, **thrown)], safety=1.0)
+    dt = steps * longest(sim)
+    for _ in range(400):
+        sim.dt = dt
+        sim.take(sim.clock.dt_before, dt)
+        sim.clock.dt_before = dt
+        if not np.isfinite(place(sim)).all() or abs(place(sim)).max() > 10.0:
+            return math.inf
+    return float(abs(place(sim)).max())
+
+
+@pytest.mark.parametrize(
+    ("springs", "thrown"),
+    [
+        ([to_ground()], {"velocity": (1.0, 0, 0)}),
+        ([to_ground(name=f"s{k}") for k in range(4)], {"velocity": (1.0, 0, 0)}),  # omega^2 = 4 k / m
+        (
+            [to_ground(name=f"s{x}", points=((0, 0, 0), (x, 0, 0)), stiffness=0.0, preload=400.0) for x in (-0.5, 0.5)],
+            {"velocity": (0, 0.1, 0)},
+        ),
+    ],
+)
+def test_the_longest_step_is_that_of_all_springs_of_a_body(springs, thrown):
+    """Just below the limit the ball swings, a tenth above it flies off: several springs, and the stiffness across a pull."""
+    assert swings(springs, 0.98, **thrown) < 1.0
+    assert swings(springs, 1.1, **thrown) == math.inf
+
+
+def test_a_spring_at_the_rim_turns_its_ball_too():
+    """k (1/m + r^2 / I), I = 2/5 m R^2 and r = R: 3.5 k / m. The ball is made to turn about the point of the spring."""
+    radius = 0.05
+    spring = Spring(name="s", between=("a", None), points=((0, radius, 0), (-0.5, radius, 0)), stiffness=K)
+    sim = world([spring], [ball("a", 0.0, M)], safety=1.0)
+    assert longest(sim) == pytest.approx(2.0 / math.sqrt(3.5 * K / M), rel=1e-9)
+    assert swings([spring], 0.98, spin=(0, 0, 1.0)) < 1.0
 
 
 def test_preload_and_gravity_balance():

@@ -8,8 +8,15 @@ With l the distance of the two points, n the direction from the first to the sec
 A point of a shell is the mean of the nodes that the spring holds; each of them bears the same part. A point of a rigid body turns with it.
 
 Energy: T^2 / 2k is stored (preload l where k = 0), so that a spring that hangs loose stores nothing. What F does beyond T is damping; its
-work is trapezoidal over the way of l, like that of all forces (world/step.py). A spring adds its stiffness to that of what it holds: the
-longest step follows from omega^2 = k (1/m_1 + 1/m_2), with c as in a damped oscillator.
+work is trapezoidal over the way of l, like that of all forces (world/step.py).
+
+The longest step. Let an end have the mobility a = sum over its movers of (1/m + r^2 / I) / N^2, r the arm and I the least moment of a body
+that turns, N their number. A spring alone swings with omega^2 = k (a_1 + a_2). With springs together, from (x - y)^2 <= (1 + a_2/a_1) x^2 +
+(1 + a_1/a_2) y^2 for each of them,
+
+    omega^2 <= max over movers of   sum over the springs that hold it of   k (a_1 + a_2),      k at least |T| / l, its stiffness across
+
+and likewise for c. The omega^2 of a body and of the springs that hold it add up (World).
 """
 
 import math
@@ -77,8 +84,7 @@ class Springs(Coupling):
         now = runtime.get(self.bonds.l, self.bonds.n)
         runtime.put(self.bonds.length, np.where(np.isnan(lengths), now, lengths))
         runtime.put(self.bonds.l_before, now)
-        ease = runtime.get(self.ends.ease, self.ends.n).max(axis=1)
-        self.frequency, self.rate = self.bonds.fastest(ease)
+        self.frequency, self.rate = self.bonds.fastest(self.ends)
 
     def _offer(self, now: Now) -> None:
         for s, first, last in zip(self.surfaces, self.bounds[:-1], self.bounds[1:]):
@@ -160,12 +166,29 @@ class Bonds(Pool):
         put(self.start_of, np.r_[0, np.cumsum(np.bincount(mover, minlength=movers))].astype(np.int32))
         put(self.end_of, end[order].astype(np.int32))
 
-    def fastest(self, ease: np.ndarray) -> tuple[float, float]:
-        """Largest omega [rad/s] and largest rate of damping c (1/m_1 + 1/m_2) [1/s]; ease (movers,): inverse masses [1/kg]."""
-        mobility = np.array([ease[places].mean() / len(places) if len(places) else 0.0 for places in self.numbers])
+    def fastest(self, ends: Places) -> tuple[float, float]:
+        """Bounds of omega [rad/s] and of the rate of damping [1/s], as the springs lie at t = 0."""
+        ease, arm = runtime.get(ends.ease, ends.n).max(axis=1), runtime.get(self.arm, 2 * self.n)
+        lever = np.zeros(ends.n)  # 1 / I of movers that turn
+        if ends.n > ends.turning:
+            turning = ends.n - ends.turning
+            lever[ends.turning :] = runtime.get(ends.loose_turn, turning) / runtime.get(ends.moments, turning).min(axis=1)
+        mobility = np.array(
+            [
+                (ease[movers] + lever[movers] * (arm[e] ** 2).sum()).sum() / len(movers) ** 2 if len(movers) else 0.0
+                for e, movers in enumerate(self.numbers)
+            ]
+        )
         mobility = mobility[::2] + mobility[1::2]
-        k, c = (runtime.get(f, self.n) for f in (self.stiffness, self.damping))
-        return float(np.sqrt(k * mobility).max()), float((c * mobility).max())
+        k, c, l, length, preload = (runtime.get(f, self.n) for f in (self.stiffness, self.damping, self.l, self.length, self.preload))
+        across = np.abs(preload + k * (l - length)) / np.maximum(l, 1e-30)
+        totals = []
+        for stiff in (np.maximum(k, across), c):
+            total = np.zeros(ends.n)
+            for e, movers in enumerate(self.numbers):
+                total[movers] += stiff[e // 2] * mobility[e // 2]
+            totals.append(float(total.max(initial=0.0)))
+        return math.sqrt(totals[0]), totals[1]
 
 
 @ti.func
