@@ -90,20 +90,22 @@ def swings(springs: list[Spring], steps: float, **thrown) -> float:
 
 
 @pytest.mark.parametrize(
-    ("springs", "thrown"),
+    ("springs", "thrown", "below", "above"),
     [
-        ([to_ground()], {"velocity": (1.0, 0, 0)}),
-        ([to_ground(name=f"s{k}") for k in range(4)], {"velocity": (1.0, 0, 0)}),  # omega^2 = 4 k / m
+        ([to_ground()], {"velocity": (1.0, 0, 0)}, 1.0, math.inf),
+        ([to_ground(name=f"s{k}") for k in range(4)], {"velocity": (1.0, 0, 0)}, 1.0, math.inf),  # omega^2 = 4 k / m
         (
             [to_ground(name=f"s{x}", points=((0, 0, 0), (x, 0, 0)), stiffness=0.0, preload=400.0) for x in (-0.5, 0.5)],
             {"velocity": (0, 0.1, 0)},
+            0.02,  # m; v / omega is 0.0035
+            0.04,  # the farther out, the softer
         ),
     ],
 )
-def test_the_longest_step_is_that_of_all_springs_of_a_body(springs, thrown):
+def test_the_longest_step_is_that_of_all_springs_of_a_body(springs, thrown, below, above):
     """Just below the limit the ball swings, a tenth above it flies off: several springs, and the stiffness across a pull."""
-    assert swings(springs, 0.98, **thrown) < 1.0
-    assert swings(springs, 1.1, **thrown) == math.inf
+    assert swings(springs, 0.98, **thrown) < below
+    assert swings(springs, 1.1, **thrown) >= above
 
 
 def test_a_spring_at_the_rim_turns_its_ball_too():

@@ -128,3 +128,23 @@ def test_what_was_moved_keeps_off_the_walls():
     np.testing.assert_array_equal(kept[low], f.points[low])
     others = np.delete(np.arange(len(kept)), [low, corner])
     np.testing.assert_array_equal(kept[others], f.points[others])
+
+
+def test_two_fluids_in_one_can_lie_on_each_other():
+    """Their volumes are those of the can below and above the surface between them, their lattices are one."""
+    can = generate(CAN, Numerics(spacing=D))
+    low, high, whole = (
+        fill(Fluid(name="w", fill=ShellFill(shell="tank", level=level, above=above)), D, can, E, CAN)
+        for level, above in ((0.15, None), (0.3, 0.15), (0.3, None))
+    )
+    assert low.volume + high.volume == pytest.approx(whole.volume, rel=1e-6)
+    assert high.points[:, 2].min() - 0.15 == pytest.approx(0.15 - low.points[:, 2].max(), rel=0.05)
+    assert high.spacing == pytest.approx(low.spacing, rel=0.03)
+    both = np.concatenate([low.points, high.points])
+    assert cKDTree(both).query(both, k=2)[0][:, 1].min() > 0.45 * low.lattice
+
+
+@pytest.mark.parametrize(("above", "level", "words"), [(0.3, 0.2, "not below level"), (-0.1, 0.2, "does not lie between the bottom")])
+def test_a_fill_that_holds_nothing_is_refused(above, level, words):
+    with pytest.raises((ValueError, SceneError), match=words):
+        fill(Fluid(name="w", fill=ShellFill(shell="tank", level=level, above=above)), D, generate(CAN, Numerics(spacing=D)), E, CAN)

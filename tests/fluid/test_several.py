@@ -193,6 +193,21 @@ def test_two_tanks_apart_are_each_as_alone():
             assert np.array_equal(body.point_data["velocity"], frames[body.name].point_data["velocity"]), name
 
 
+def test_tanks_of_other_levels_are_each_evened_out_as_alone():
+    """Their waters stand in one pool; the free level of each is its own. The rounds go on until both are even."""
+
+    def level(scene: Scene, levels: tuple[float, ...]) -> Scene:
+        fills = (f.model_copy(update={"fill": f.fill.model_copy(update={"level": z})}) for f, z in zip(scene.fluids, levels))
+        return scene.model_copy(update={"fluids": tuple(fills)})
+
+    both = start(level(tanks(0, 1, apart=False), (0.03, 0.05)))
+    assert len([group for group in both.groups if group.kind == "fluid"]) == 1
+    parts = np.split(both.fluid.points, [both.fluid.spans[1].first])
+    for k, z in enumerate((0.03, 0.05)):
+        alone = start(level(tanks(k), (z,))).fluid.points
+        assert parts[k] == pytest.approx(alone, abs=0.03 * D)
+
+
 def test_what_cannot_stand_in_one_pool_is_said():
     scene = layers(1000.0, 800.0)
     pinballs = scene.fluids[0].model_copy(update={"contact": "pinballs"})

@@ -116,7 +116,9 @@ class FluidBody(Pool):
         tank = next((fluid.fill for fluid in self.fluids if isinstance(fluid.fill, ShellFill)), None)
         if self.surroundings is not None and tank is not None:
             self.sort()
-            even = np.split(even_out(self, tank.axis, self._level(tank.axis)), [span.first for span in self.spans[1:]])
+            axes = [getattr(fluid.fill, "axis", tank.axis) for fluid in self.fluids]
+            levels = [self._level(fluid, axis) for fluid, axis in zip(self.fluids, axes)]
+            even = np.split(even_out(self, axes, levels), [span.first for span in self.spans[1:]])
             self.points = np.concatenate([filling.kept_off(points) for filling, points in zip(self.fillings, even)])
             p.place(self.points)
         v = np.concatenate([np.tile(np.asarray(fluid.velocity, float), (span.n, 1)) for fluid, span in zip(self.fluids, self.spans)])
@@ -133,9 +135,12 @@ class FluidBody(Pool):
             self.pairs.pack(0.0)
             self.surroundings.see(True, 0.0)
 
-    def _level(self, axis: str) -> float | None:
-        """The highest level of the fluids along an axis [m]; None where one of them reaches the top of its tank."""
-        tops = [fluid.fill.hi["xyz".index(axis)] if isinstance(fluid.fill, FluidBox) else fluid.fill.level for fluid in self.fluids]
+    def _level(self, fluid: Fluid, axis: str) -> float | None:
+        """The level along an axis [m] of what stands where a fluid does: the highest of those that fill one tank; None where one of them
+        reaches its top."""
+        tank = getattr(fluid.fill, "shell", None)
+        beside = [one.fill for one in self.fluids if getattr(one.fill, "shell", None) == tank]
+        tops = [fill.hi["xyz".index(axis)] if isinstance(fill, FluidBox) else fill.level for fill in beside]
         known = [top for top in tops if top is not None]
         return max(known) if len(known) == len(tops) else None
 

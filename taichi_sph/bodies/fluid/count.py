@@ -25,6 +25,8 @@ def count(fluid: Fluid, spacing: float, surface: Surface | None = None, thicknes
     if isinstance(surface, Cylinder | CappedTank):
         if fluid.fill.level is not None:
             volume = _revolved(surface, thickness, fluid.fill.axis, fluid.fill.level)
+            if volume is not None and fluid.fill.above is not None:
+                volume -= _revolved(surface, thickness, fluid.fill.axis, fluid.fill.above) or 0.0
         if volume is None:
             volume = surface.volume if isinstance(surface, CappedTank) else math.pi * surface.radius**2 * surface.length
     else:

@@ -126,7 +126,8 @@ def fill(
     assert mesh is not None, "what fills a shell needs its mesh"
     if (mesh.edges.sides[:, 1] < 0).any() and not getattr(surface, "holds", False):
         raise SceneError(f"fluid '{fluid.name}': shell '{fluid.fill.shell}' is open, so it has no inside to fill; close it")
-    axis = AXES[fluid.fill.axis]
+    filled = fluid.fill
+    axis = AXES[filled.axis]
     turn = [(axis + 1) % 3, (axis + 2) % 3, axis]
     triangles = np.concatenate([_triangles(mesh), lids(mesh)])[:, :, turn]
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
@@ -137,22 +138,34 @@ def fill(
             f"fluid '{fluid.name}': level {level:g} m lies outside the shell '{fluid.fill.shell}', whose inside reaches"
             f" from {low[2] + 0.5 * thickness:g} to {top:g} m along {fluid.fill.axis}"
         )
-    volume = _revolved(surface, thickness, fluid.fill.axis, level)
-    if volume is None:
-        volume = _measured(triangles, thickness, level, d)
-    bare = _area(triangles[triangles[:, :, 2].mean(axis=1) < level])
+    above = fluid.fill.above
+    if above is not None and not low[2] + 0.5 * thickness < above < level:
+        raise SceneError(
+            f"fluid '{fluid.name}': above {above:g} m does not lie between the bottom of the shell '{fluid.fill.shell}',"
+            f" {low[2] + 0.5 * thickness:g} m, and the level, {level:g} m, along {fluid.fill.axis}"
+        )
+
+    def up_to(height: float) -> float:
+        found = _revolved(surface, thickness, filled.axis, height)
+        return _measured(triangles, thickness, height, d) if found is None else found
+
+    def wet(places: np.ndarray) -> np.ndarray:
+        return places < level if above is None else (places < level) & (places > above)
+
+    volume = up_to(level) if above is None else up_to(level) - up_to(above)
+    bare = _area(triangles[wet(triangles[:, :, 2].mean(axis=1))])
     walls, half = triangles, np.full(len(triangles), 0.5 * thickness)
     for baffle, e in baffles:
         sides = _triangles(baffle)[:, :, turn]
         middle = sides.mean(axis=1)
-        area = _area(sides[(middle[:, 2] < level) & _inside(middle, triangles)])
+        area = _area(sides[wet(middle[:, 2]) & _inside(middle, triangles)])
         volume, bare = volume - area * e, bare + 2.0 * area
         walls, half = np.concatenate([walls, sides]), np.append(half, np.full(len(sides), 0.5 * e))
     clear = CONTACT[fluid.contact]
     wanted = max(volume - (clear - 0.5) * d * bare, min(d, 1e50) ** 3)
     best = np.inf
     for pitch in PITCHES:
-        there, cell = _lattice_in(triangles, walls, half, d * pitch, level, clear)
+        there, cell = _lattice_in(triangles, walls, half, d * pitch, level, clear, above)
         found = abs(len(there) * cell / wanted - 1)
         if found < best:
             points, lattice, best = there, float(np.cbrt(cell)), found
@@ -165,20 +178,22 @@ def fill(
 
 
 def _lattice_in(
-    triangles: np.ndarray, walls: np.ndarray, half: np.ndarray, d: float, level: float, clear: float
+    triangles: np.ndarray, walls: np.ndarray, half: np.ndarray, d: float, level: float, clear: float, above: float | None
 ) -> tuple[np.ndarray, float]:
     """The points of a lattice of spacing d (upright: what fits the level) in a closed surface, `clear` d off all walls, and the volume of
-    its cell [m3]. walls (T, 3, 3): the triangles of the surface, then those of baffles; half (T,) [m]: half the thickness of each."""
+    its cell [m3]. above [m]: where another fluid ends, on which the lattice stands. walls (T, 3, 3): the triangles of the surface, then
+    those of baffles; half (T,) [m]: half the thickness of each."""
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
     margin = clear * d + half[0]
     least = max(margin - 0.5 * d, half[0])  # on a round wall
     n = np.floor((high - low - 2 * least) / d + 1 + 1e-6).astype(int)
-    room = level - 0.5 * d - low[2] - margin  # between the lowest and the highest layer
+    lowest = low[2] + margin if above is None else above + 0.5 * d
+    room = level - 0.5 * d - low[2] - margin if above is None else level - 0.5 * d - lowest  # between the lowest and the highest layer
     n[2] = int(np.round(room / d)) + 1
     if (n < 1).any() or room < -1e-6 * d:
         return np.zeros((0, 3)), min(d, 1e50) ** 3
     step = np.array([d, d, room / (n[2] - 1) if n[2] > 1 else d])
-    first = np.append(0.5 * (low + high - (n - 1) * d)[:2], low[2] + margin)
+    first = np.append(0.5 * (low + high - (n - 1) * d)[:2], lowest)
     points = _lattice(first, step, n)
     points = points[_inside(points, triangles)]
     away, wall = _away(points, walls, clear * d + half.max())

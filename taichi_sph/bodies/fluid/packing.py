@@ -9,6 +9,7 @@ the force of a uniform pressure with its sign (as the transport velocity of Adam
 wetted.py. Below a free level nothing moves along the axis, for there b is not zero.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -23,18 +24,19 @@ ENOUGH, MOST = 4e-3, 40  # of D: the largest move of a round that is small enoug
 NEAR = 1.2  # |w| over 1 / 2h where a particle is 0.4 D off an even wall
 
 
-def even_out(body: Any, axis: str, level: float | None) -> np.ndarray:
-    """(N, 3) places of the particles of a FluidBody that fills a shell up to `level` [m] along `axis` (None: to the top)."""
+def even_out(body: Any, axes: Sequence[str], levels: Sequence[float | None]) -> np.ndarray:
+    """(N, 3) places of the particles of a FluidBody whose fluids stand up to `levels` [m] along their axes (None: no level is free)."""
     p, near, pairs = body.p, body.near, body.pairs
     h = body.support * p.spacing
-    up = np.eye(3)["xyz".index(axis)]
-    top = np.inf if level is None else level - 2.1 * h
+    up, top = runtime.new("packing.up", len(axes), 3, "f64"), runtime.new("packing.top", len(axes), dtype="f64")
+    runtime.put(up, np.array([np.eye(3)["xyz".index(axis)] for axis in axes]))
+    runtime.put(top, np.array([1e300 if level is None else level - 2.1 * h for level in levels]))
     for _ in range(MOST):
         if near.moved()[0] >= body.skin:
             body.sort()
         pairs.pack(0.0)
         body.surroundings.see(True, 0.0)
-        farthest = _move(pairs, near.near, p.n, near.width, 0.5 / h, ti.Vector([*up], ti.f64), top)
+        farthest = _move(pairs, near.near, p.n, near.width, 0.5 / h, up, top)
         if farthest < ENOUGH * p.spacing:
             break
     order = np.argsort(runtime.get(p.id, p.n))
@@ -43,9 +45,8 @@ def even_out(body: Any, axis: str, level: float | None) -> np.ndarray:
 
 @ti.kernel
 def _move(
-    t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32, inverse_0: float,
-    up: ti.types.vector(3, ti.f64), top: ti.f64,
-) -> ti.f64:  # fmt: skip
+    t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32, inverse_0: float, ups: ti.template(), tops: ti.template()
+) -> ti.f64:
     farthest = ti.cast(0.0, ti.f64)
     for i in range(n):
         a = t.p.pair[i]
@@ -65,7 +66,8 @@ def _move(
         if t.wet.start[i + 1] > t.wet.start[i]:
             w = ti.Vector([t.wet.met[i][0], t.wet.met[i][1], t.wet.met[i][2]])
         shift = ti.cast(-RATE * D * D * (b - w), ti.f64)
-        if t.p.x[i].dot(up) > top:
+        up = ups[t.p.body[i]]
+        if t.p.x[i].dot(up) > tops[t.p.body[i]]:
             shift -= shift.dot(up) * up
         near_wall = ti.cast(w.norm(), ti.f64)
         if near_wall > NEAR * inverse_0:  # no nearer to a wall

@@ -56,12 +56,20 @@ class FluidBox(Frozen):
 
 
 class ShellFill(Frozen):
-    """The inside of the closed shell of that name, up to `level` along `axis`; None: to the top."""
+    """The inside of the closed shell of that name along `axis`: from `above` (None: its bottom) up to `level` (None: its top). Two fluids
+    in one shell lie one above the other: `above` of the upper one is the level of the lower one."""
 
     kind: Literal["shell"] = "shell"
     shell: str
     axis: Literal["x", "y", "z"] = "z"
     level: Length | None = None
+    above: Length | None = None
+
+    @model_validator(mode="after")
+    def _has_inside(self) -> ShellFill:
+        if self.above is not None and self.level is not None and self.above >= self.level:
+            raise ValueError(f"above {self.above:g} m is not below level {self.level:g} m: nothing is filled")
+        return self
 
 
 class Fluid(Body):

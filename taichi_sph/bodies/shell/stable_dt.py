@@ -101,13 +101,13 @@ class Operator:
         self.group = group
         nodes, n = group.nodes, group.nodes.n
         self.rows = [body.nodes.rows for body in group.shells]
-        self.u0 = runtime.get(nodes.u, n)
+        self.u0, self.force0 = runtime.get(nodes.u, n), runtime.get(nodes.force, n)
         self.real = self.u0.dtype
         self.strain = STRAIN[group.scene.numerics.precision]
         self.root = np.sqrt(runtime.get(nodes.mass, n).astype(np.float64))[:, None] * np.ones(nodes.dim)
         self.N = None
         if nodes.bends:
-            self.d0 = runtime.get(nodes.d, n)
+            self.d0, self.couple0 = runtime.get(nodes.d, n), runtime.get(nodes.couple, n)
             self.N = runtime.get(nodes.N, n).astype(np.float64)
             inertia = np.sqrt(runtime.get(nodes.inertia, n).astype(np.float64))[:, None] * np.ones(3)
             self.root = np.hstack([self.root, inertia])
@@ -129,7 +129,7 @@ class Operator:
             largest = np.abs(w[rows, :dim]).max() / spacing
             if self.N is not None:
                 largest = max(largest, np.abs(w[rows, 3:]).max())
-            sizes[rows] = self.strain * spacing / spacing / max(largest, 1e-300)
+            sizes[rows] = self.strain / max(largest, 1e-300)
         return sizes
 
     def __call__(self, y: np.ndarray) -> np.ndarray:
@@ -154,9 +154,13 @@ class Operator:
         return np.hstack([y[:, :3] + normal[:, None] * self.N, y[:, 3:]])
 
     def close(self) -> None:
-        runtime.put(self.group.nodes.u, self.u0)
+        """The nodes as they were. Their forces too: those of a group that is not due are asked for at the next step of the clock."""
+        nodes = self.group.nodes
+        runtime.put(nodes.u, self.u0)
+        runtime.put(nodes.force, self.force0)
         if self.N is not None:
-            runtime.put(self.group.nodes.d, self.d0)
+            runtime.put(nodes.d, self.d0)
+            runtime.put(nodes.couple, self.couple0)
 
 
 def largest_frequencies(
