@@ -78,6 +78,7 @@ def scene(s: Scene) -> None:
     for shell in s.shells:
         if shell.thickness < LEAST:
             raise ValueError(f"{s.key_of(shell)}.thickness {shell.thickness:.4g} m is below {show(LEAST, 'm')}, a few atoms")
+    _schedule(s)
     if s.walls and not s.fluids:
         raise ValueError("walls hold fluids, and the scene has none: leave them out or add a fluid")
     own = any(shell.self_contact for shell in s.shells)
@@ -108,6 +109,18 @@ def scene(s: Scene) -> None:
             raise ValueError(f"quantities: '{quantity.name}' is asked for twice with the same options")
         quantities.append((quantity.name, dict(quantity.options)))
     _size(s)
+
+
+def _schedule(s: Scene) -> None:
+    """The steps of bodies are multiples of each other: all are due together after the longest of them."""
+    slow = sorted(((every, body) for body in s.bodies if (every := getattr(body, "every", None))), key=lambda entry: entry[0])
+    for (least, one), (most, other) in zip(slow, slow[1:]):
+        if most % least:
+            near = max(1, round(most / least)) * least
+            raise ValueError(
+                f"{s.key_of(other)}.every = {most} is no multiple of that of '{one.name}', {least}: the steps of bodies are multiples of "
+                f"each other; take {near}"
+            )
 
 
 def _touches(s: Scene) -> bool:

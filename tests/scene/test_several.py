@@ -96,6 +96,14 @@ BAD = [
         "fluids[1].spacing 15 mm is not that of 'water_left', 20 mm; not possible yet for fluids that can meet",
     ),
     ({"fluids.1.every": 2}, "fluids[1].every = 2 is not that of 'water_left', 1"),
+    (
+        {"shells.0.every": 2, "shells.1.every": 5},
+        "shells[1].every = 5 is no multiple of that of 'left', 2: the steps of bodies are multiples of each other; take 4",
+    ),
+    (
+        {"meetings.1": {"between": ["first", "water_right"], "meet": False}},
+        "meetings: 'first' meets one of the fluids 'water_left' and 'water_right' alone; not possible yet for fluids that can meet",
+    ),
     ({"shells.1.spacing": "0.2 m"}, "shells[1].spacing 200 mm is larger than the body: cylinder 'right' takes at most 100 mm"),
     ({"shells.0.every": 0}, "shells[0].every = 0 must be at least 1"),
     ({"others": [{"kind": "dumbbell", "name": "d"}]}, "needs a 'kind'; there is no 'dumbbell'"),

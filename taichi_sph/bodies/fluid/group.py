@@ -71,7 +71,7 @@ class FluidGroup(Rest):
         self.body = FluidBody(list(zip(fluids, fillings)), scene.gravity or (0.0, 0.0, 0.0), walls, name=name)
         self.bodies = tuple(self.body.spans)
         self.contact = fluids[0].contact
-        self.every = fluids[0].every or 1 if scene.shells else 1
+        self.every = fluids[0].every or 1
         self.renumbered = False
         self.pushed = False  # contact may push the particles
 

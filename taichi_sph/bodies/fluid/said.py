@@ -118,6 +118,9 @@ class Fluid(Body):
         mine, theirs = scene.numerics_of(self).spacing, scene.numerics_of(other).spacing
         if mine != theirs:
             raise ValueError(f"{where}.spacing {show(mine, 'm')} is not that of '{other.name}', {show(theirs, 'm')}{apart}")
+        for body in scene.bodies:
+            if body.what != self.what and scene.met(self.name, body.name).meet != scene.met(other.name, body.name).meet:
+                raise ValueError(f"meetings: '{body.name}' meets one of the fluids '{other.name}' and '{self.name}' alone{apart}")
         if self.support != other.support:
             raise ValueError(f"{where}.support {self.support:g} is not that of '{other.name}', {other.support:g}{apart}")
         if self.water.law.kind != other.water.law.kind:
