@@ -78,19 +78,23 @@ def run(
 @app.command()
 def resume(
     folder: RunArgument,
+    set_: SetOption = None,
     arch: ArchOption = "cpu",
     threads: ThreadsOption = None,
     pictures: PicturesOption = True,
 ) -> None:
-    """Go on with an interrupted run from its newest checkpoint, exactly; of a study, run what is not finished."""
+    """Go on with an interrupted run from its newest checkpoint, exactly; of a study, run what is not finished. A search for equilibrium
+    that stopped may go on with another static.method, static.residual or static.max_steps."""
     from .run import session
 
     if (folder / "study.json").is_file():
+        if set_:
+            raise SceneError(f"--set: '{folder}' is a study, which goes on as it was said; resume one of its cases with other settings")
         from .output.study import read_study
 
         _start(read_study(folder), folder, False, arch=arch, threads=threads, pictures=pictures, command="")
         return
-    session.resume(folder, arch=arch, threads=threads, pictures=pictures)
+    session.resume(folder, arch=arch, threads=threads, pictures=pictures, settings=settings(None, set_))
 
 
 @app.command()

@@ -27,9 +27,14 @@ class SceneError(TaichiSphError):
 
 
 class RunStopped(TaichiSphError):
-    """The watchdog stopped the run: body, particle, place, time, field, likely cause."""
+    """The watchdog stopped the run: body, particle, place, time, field, likely cause. goes_on: the state is sound, and with other settings
+    a resume may go on from it."""
 
     exit_code = 3
+
+    def __init__(self, sentence: object = "", goes_on: bool = False):
+        super().__init__(sentence)
+        self.goes_on = goes_on
 
 
 class RunInterrupted(TaichiSphError):

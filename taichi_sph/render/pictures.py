@@ -76,7 +76,11 @@ def instant(run: RunFolder, index: int, last: float | None = None) -> str:
     """What a frame shows, in words: the time; the part of the load, or the number of the mode, where there is none."""
     scene, time = run.scene, float(_times(run)[index])
     if scene.static is not None:
-        return f"{100 * time / scene.duration:.3g} % of the load"
+        part = time / scene.duration
+        if scene.static.method == "arc":
+            found = run.history("progress")
+            part = float(found["load"][int(np.argmin(np.abs(found.time - time)))])
+        return f"{100 * part:.3g} % of the load"
     if scene.modes is not None:
         number = round(scene.modes.count * time / scene.duration)
         found = run.history("progress")

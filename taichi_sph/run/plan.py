@@ -21,6 +21,7 @@ from ..geometry.regions import inside
 from ..geometry.surfaces import mesh_of
 from ..output import files
 from ..scene import Body, Numerics, Scene, Shell
+from ..scene.instead import LARGEST
 from ..scene.plausible import MAX_STEPS
 from ..scene.surfaces import Given, Plate
 from ..scene.units import show
@@ -44,6 +45,7 @@ CHECKPOINT_BYTES_PER_NODE = 300
 STEP = {("galerkin", "quad"): 1.10, ("galerkin", "triangle"): 0.93, ("collocation", "quad"): 1.60, ("collocation", "triangle"): 1.60}
 TURNING = 1.07  # of free directors, over D sqrt(...) sqrt(alpha + (e/D)^2)
 RELAXATION = 2000  # force evaluations to the equilibrium of one load increment, the order of magnitude
+NEWTON = 5 * 4e-4  # s a node for one load increment of Newton's method, of some thousand nodes
 
 
 @dataclass(frozen=True)
@@ -125,6 +127,9 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6) -> Plan:
     if scene.increments is not None:
         steps = scene.increments
         dt, work = scene.duration / steps, steps * RELAXATION
+    seconds = sum(body.nodes / body.every for body in bodies) * work / node_steps_per_second
+    if _by_newton(scene, nodes):
+        seconds = steps * nodes * NEWTON
     out = scene.output
     per_node = (out.frames + 1) * FRAME_BYTES_PER_NODE + min(out.checkpoints, out.keep_checkpoints) * CHECKPOINT_BYTES_PER_NODE
     return Plan(
@@ -133,7 +138,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6) -> Plan:
         steps=steps,
         memory=round(sum(body.memory for body in bodies) * (SINGLE if scene.numerics.precision == "f32" else 1.0)),
         disk=round(nodes * per_node + out.samples * 200 + 1e6),
-        seconds=sum(body.nodes / body.every for body in bodies) * work / node_steps_per_second,
+        seconds=seconds,
         made=made,
     )
 
@@ -220,6 +225,14 @@ def _turning(slenderness: float, numerics: Numerics) -> float:
 def _cells(mesh: SurfaceMesh) -> str:
     """What most of the cells are."""
     return "triangle" if (mesh.cells[:, 3] < 0).mean() > 0.5 else "quad"
+
+
+def _by_newton(scene: Scene, nodes: int) -> bool:
+    """Whether a search for equilibrium begins with Newton's method (bodies.shell.instead.statics)."""
+    if scene.static is None or scene.static.method == "relaxation":
+        return False
+    able = scene.numerics.precision == "f64" and all(scene.numerics_of(shell).formulation.kind == "galerkin" for shell in scene.shells)
+    return scene.static.method is not None or (able and nodes <= LARGEST)
 
 
 def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:

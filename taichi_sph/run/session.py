@@ -13,12 +13,12 @@ import shutil
 import signal
 import threading
 import time as clock
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any, Protocol
 
-from ..errors import RunInterrupted, RunStopped, SceneError
+from ..errors import RunInterrupted, RunStopped, SceneError, nearest
 from ..output import files
 from ..output.lock import locked
 from ..scene import Scene, dump, load_scene
@@ -29,6 +29,7 @@ from .gate import LOG_FILE, SCENE_FILE, STOPPED, SUMMARY_FILE, check_out, checke
 from .progress import Pace, Progress, progress_line
 from .tell import contact_text, tell_plan
 
+RESUMED = ("static.method", "static.residual", "static.max_steps")  # what a resumed search for equilibrium may change
 BEAT = 0.5  # s of wall clock between looks at the clock, the keyboard and the screen
 
 
@@ -151,10 +152,12 @@ def resume(
     arch: str = "cpu",
     threads: int | None = None,
     pictures: bool = True,
+    settings: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
     simulation: Callable[..., WorldLike] | None = None,
 ) -> Path:
-    """Goes on from the newest checkpoint of a run, as if it had never stopped."""
+    """Goes on from the newest checkpoint of a run, as if it had never stopped. settings: keys of RESUMED with new values, for a search for
+    equilibrium that has stopped."""
     from ..output import checkpoint, record
 
     out = Path(out)
@@ -167,19 +170,34 @@ def resume(
             raise SceneError(f"the run in '{out}' is finished: there is nothing to resume")
         scene = load_scene(out / SCENE_FILE)
         saved, refused = checkpoint.newest_whole(out / "checkpoints", record.scene_hash(scene))
+        _may_change(scene, settings or {})
+        changed = load_scene(out / SCENE_FILE, settings) if settings else scene
         for path, why in refused.items():
             progress.say(f"{why}; it was put aside as {checkpoint.put_aside(path).name}, the one before it is taken")
         progress.say(f"resuming '{scene.name}' at t = {show(saved.time, 's')}, step {saved.step}")
         with _signals() as asked:
-            sim = _simulation(scene, arch, threads, progress, simulation)
+            sim = _simulation(changed, arch, threads, progress, simulation)
             sim.restore(saved.state)
             clocks = _clocks_of(saved.extra)
             clocks.threads = threads or os.cpu_count() or 1
             clocks.compile += sim.compile_seconds
             progress.log_to(out / LOG_FILE, append=True)
-            session = _Session(scene, out, sim, arch, clocks, progress, asked, saved.time)
+            session = _Session(changed, out, sim, arch, clocks, progress, asked, saved.time)
+            if changed is not scene:
+                with files.whole(out / SCENE_FILE) as file:
+                    file.write(dump(changed))
+                session.keep()  # a checkpoint of the scene as it is now
             session.compute()
         return session.finish(pictures)
+
+
+def _may_change(scene: Scene, settings: Mapping[str, Any]) -> None:
+    """SceneError where a run cannot go on with those settings."""
+    for key in settings:
+        if scene.static is None:
+            raise SceneError(f"--set {key}: a resumed run goes on with its own scene; run it anew with another one")
+        if key not in RESUMED:
+            raise SceneError(f"--set {key}: a resumed search for equilibrium takes {', '.join(RESUMED)}{nearest(key, RESUMED)}")
 
 
 def _clocks_of(extra: dict[str, Any]) -> Clocks:
@@ -252,6 +270,9 @@ class _Session:
         except RunStopped as stop:
             self._keep_stopped()
             self.progress.say(f"the state was saved in {self.out / STOPPED}")
+            if stop.goes_on:
+                self._checkpoint("checkpoints")
+                self.progress.say(f"go on with another {', '.join(RESUMED)}: taichi-sph resume {self.out} --set static.residual=...")
             self.progress.note(str(stop))
             raise
         except RunInterrupted as interrupt:
@@ -305,6 +326,10 @@ class _Session:
         if self.save.due(self._now):
             self._checkpoint("checkpoints")
         self.clocks.write += clock.monotonic() - before
+
+    def keep(self) -> None:
+        """A checkpoint now."""
+        self._checkpoint("checkpoints")
 
     def _checkpoint(self, folder: str) -> Path:
         from ..output import checkpoint, record
@@ -361,7 +386,7 @@ class _Session:
             }
             summary = write_summary(folder, **counted, contact=sim.contact_report(), **how)
             lines = answer(folder, summary)
-        if c.advance > 1.0:  # shorter ones measure the start
+        if c.advance > 1.0 and self.scene.increments is None:  # shorter ones measure the start; a step of statics is no step
             speed.remember(self.scene, self.arch, summary["node_steps_per_second"])
         drawn = draw(self.out, self.progress) if pictures else []
         if "contact" in summary:

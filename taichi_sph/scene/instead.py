@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, StrictInt
 
 from .base import Frozen
 from .units import Dimensionless
 
+LARGEST = 12_000  # nodes of a group that Newton's method takes on by itself: its factors need memory
+
 
 class Static(Frozen):
     """Equilibrium instead of motion: the loads grow with the pseudo-time in `increments` equal steps, and each is
-    relaxed until the unbalanced force is below `residual` of the load."""
+    brought to rest until the unbalanced force is below `residual` of the load.
 
+    `method`: "newton", with the stiffness of the galerkin form, over limit points by the length of the path; "relaxation", damped motion
+    to where the shell settles. By itself Newton's method where there is a stiffness (galerkin, f64), and relaxation where that finds
+    nothing. "arc" follows the path of the whole load in proportion: `increments` points along it, the first near 1/`increments` of the
+    load and the others at most eight times as far apart, until the whole load is borne; `load` in histories/progress.csv is the part that
+    is borne at a point."""
+
+    method: Literal["newton", "arc", "relaxation"] | None = None
     increments: Annotated[StrictInt, Field(ge=1, le=100_000)] = 1
     residual: Annotated[Dimensionless, Field(gt=0, lt=1)] = 1e-6
-    max_steps: Annotated[StrictInt, Field(ge=1)] = 1_000_000  # of relaxation, per increment
+    max_steps: Annotated[StrictInt, Field(ge=1)] = 1_000_000  # of relaxation, an increment
 
 
 class Modes(Frozen):

@@ -93,6 +93,7 @@ def scene(s: Scene) -> None:
         _timeless(s, asked[0])
     if s.static is not None:
         _still(s, "static", "a prescribed motion cannot move")
+        _equilibrium(s)
     if s.limit is not None:
         for key in ("forces", "moments", "pressures", "gravity"):
             if getattr(s, key):
@@ -149,6 +150,32 @@ def _still(s: Scene, key: str, why: str) -> None:
     for number, motion in enumerate(s.motions):
         if any(motion.velocity) or any(motion.spin):
             raise ValueError(f"{key}: {why} (motions[{number}]); use 0 or leave the component free")
+
+
+def _equilibrium(s: Scene) -> None:
+    """What the method of a search for equilibrium needs."""
+    static, asked = s.static, "static.method = "
+    assert static is not None
+    if static.method in (None, "relaxation"):
+        return
+    for shell in s.shells:
+        if s.numerics_of(shell).formulation.kind != "galerkin":
+            raise ValueError(
+                f"{asked}'{static.method}' needs the stiffness of the galerkin form, and shell '{shell.name}' is of the form "
+                f"'{s.numerics_of(shell).formulation.kind}'; use 'relaxation'"
+            )
+    if s.numerics.precision == "f32":
+        raise ValueError(f"{asked}'{static.method}' needs numerics.precision = 'f64'; use that, or 'relaxation'")
+    if static.method != "arc":
+        return
+    if static.increments < 3:
+        raise ValueError(f"static.increments = {static.increments}: {asked}'arc' makes so many points of a path, at least 3")
+    loads = [(key, k, load) for key in ("forces", "moments", "pressures") for k, load in enumerate(getattr(s, key))]
+    if not loads and s.gravity is None:
+        raise ValueError(f"{asked}'arc' follows the path of a load, and the scene has none")
+    for key, k, load in loads:
+        if load.history.kind not in ("step", "ramp"):
+            raise ValueError(f"{asked}'arc' lets all loads grow in proportion; leave out {key}[{k}].history (kind '{load.history.kind}')")
 
 
 def _size(s: Scene) -> None:

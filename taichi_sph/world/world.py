@@ -13,6 +13,7 @@ from .. import runtime
 from ..bodies import kinds as body_kinds
 from ..bodies.body import Now, common_schedule
 from ..couplings import kinds as coupling_kinds
+from ..errors import RunStopped
 from ..frame import Frame
 from ..observers.leak import UNITS, gauges
 from ..pool import Pool, restore_all, state_of
@@ -199,8 +200,12 @@ class World:
         """
         if self.relaxation is not None:
             for _ in range(steps):
-                self.time += self.dt
-                self.relaxation.settle(self.time)
+                before, self.time = self.time, self.time + self.dt
+                try:
+                    self.relaxation.settle(self.time)
+                except RunStopped:
+                    self.time = before  # the increment is not done
+                    raise
             return
         began = clock.perf_counter()
         for _ in range(steps):

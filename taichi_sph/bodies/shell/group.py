@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from itertools import groupby
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -41,6 +41,9 @@ from .said import Shell
 from .stable_dt import StableStep
 from .stress import stored_energy
 from .surface import ShellPoints
+
+if TYPE_CHECKING:
+    from .instead.freedom import Stiffness
 
 
 class ShellGroup(Rest):
@@ -96,6 +99,10 @@ class ShellGroup(Rest):
     def pressed_by(self, pressed: Sequence[Pressed]) -> SurfacePressures:
         """The pressures on the group."""
         raise NotImplementedError
+
+    def stiffness(self) -> Stiffness | None:
+        """The tangent of the form about any place; None where there is none."""
+        return None
 
     @property
     def ruptures(self) -> int:

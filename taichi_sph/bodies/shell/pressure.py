@@ -52,11 +52,23 @@ class SurfacePressures(Pool):
 
     def press(self, time: float, book: int = BOOK, push: int = 1) -> None:
         """Add the forces of the pressures at `time`; book their work since the last booked call."""
+        self.press_with([one.now(time) for one in self.pressed], book, push)
+
+    def press_with(self, values: Sequence[float] | np.ndarray, book: int = BOOK, push: int = 1) -> None:
+        """The same with a value [Pa] for each of `pressed`."""
         row = 0
-        for one in self.pressed:
+        for one, value in zip(self.pressed, values):
             n = len(one.cells)
-            self.act(n, row, one.now(time), int(one.follower), book, push)
+            self.act(n, row, float(value), int(one.follower), book, push)
             row += n
+
+    def on_cells(self, values: Sequence[float] | np.ndarray, m: int, follower: bool) -> np.ndarray:
+        """(m,) sum of the pressures on each cell that follow the surface, or of those that do not [Pa]."""
+        total = np.zeros(m)
+        for one, value in zip(self.pressed, values):
+            if one.follower == follower:
+                np.add.at(total, one.cells, value)
+        return total
 
     def act(self, n: int, row: int, pressure: float, follower: int, book: int, push: int) -> None:
         """Forces of `n` rows from `row` on, of one pressure [Pa]."""

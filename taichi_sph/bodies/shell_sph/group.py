@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ... import runtime
 from ...geometry.cuts import cells_cut
 from ...pool import Pool
 from ...scene.schema import Scene
@@ -23,6 +24,7 @@ from .galerkin import Galerkin
 from .pressure import SidePressures
 from .rupture import Rupture
 from .spin_filter import SpinFilter
+from .tangent import Tangent
 from .viscosity import PairViscosity
 
 
@@ -74,6 +76,10 @@ class ParticleShells(ShellGroup):
     def pressed_by(self, pressed: Sequence[Pressed]) -> SidePressures:
         assert isinstance(self.internal, Galerkin)  # no other form bears a pressure
         return SidePressures(pressed, self.internal, self.cells, f"pressure{self.suffix}")
+
+    def stiffness(self) -> Tangent | None:
+        able = isinstance(self.internal, Galerkin) and runtime.current().real == runtime.ti.f64
+        return Tangent(self) if able else None
 
     @property
     def ruptures(self) -> int:

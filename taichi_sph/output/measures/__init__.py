@@ -42,6 +42,7 @@ MEASURES: dict[str, tuple[Measure, str]] = {  # name -> function, unit
     "frequency_ratio": (plates.frequency_ratio, ""),
     "step_ratio": (plates.step_ratio, ""),
     "relaxation_residual": (plates.relaxation_residual, ""),
+    "limit_load": (plates.limit_load, ""),
     "fragments_count": (fragments.fragments_count, ""),
     "largest_fragment_mass": (fragments.largest_fragment_mass, "kg"),
     "dust_mass": (fragments.dust_mass, "kg"),

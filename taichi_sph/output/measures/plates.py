@@ -93,6 +93,18 @@ def relaxation_residual(run: RunFolder, scene: Scene) -> float | None:
     return float(found["residual"][-1]) if len(found) else None
 
 
+def limit_load(run: RunFolder, scene: Scene, *, number: float = 1) -> float | None:
+    """Part of the whole load at which the path of a search for equilibrium turns for the `number`-th time (from 1): the top, or bottom, of
+    the parabola through the three samples around it; None where it does not."""
+    load = run.history("progress")["load"]
+    turns = [k for k in range(1, len(load) - 1) if (load[k] - load[k - 1]) * (load[k + 1] - load[k]) < 0]
+    if round(number) > len(turns):
+        return None
+    k = turns[round(number) - 1]
+    rise, bend = 0.5 * (load[k + 1] - load[k - 1]), load[k + 1] - 2 * load[k] + load[k - 1]
+    return float(load[k] - 0.5 * rise**2 / bend)
+
+
 def peak_time(run: RunFolder, scene: Scene, *, history: str, column: str, start: float = 0.0, end: float = 1e300) -> float | None:
     """When [s] a column is largest between `start` and `end` [s]: the top of the parabola through the three samples
     around the largest one; None without such a sample inside."""

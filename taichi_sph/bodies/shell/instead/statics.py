@@ -9,6 +9,7 @@ forces (couples over D) of the free components over that of the applied load.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,18 +18,22 @@ from .... import runtime
 from ....errors import RunStopped
 from ....pool import Pool
 from ....runtime import ti
-from ....scene.instead import Static
+from ....scene.instead import LARGEST, Static
 from ...nodal.loads import undrilled
 from ...nodal.nodes import body_of
 from ..build import by_node
 from ..pressure import LEAVE
 from ..stable_dt import largest_frequencies
+from .freedom import Stiffness
+from .newton import Direction, Loads, Lost, Path, State
 
 if TYPE_CHECKING:
     from ...body import Clocked
     from ..group import ShellGroup
 
 LOOK = 25  # steps between two looks at residual and damping
+ROOM = 1000  # factorisations of an increment
+FARTHEST = 8.0  # the longest step along a path over its first one
 
 
 class Statics:
@@ -37,8 +42,8 @@ class Statics:
     units: dict[str, str] = {}
 
     def __init__(self, world: "Clocked", groups: "Sequence[ShellGroup]", static: Static):
-        self.increments = static.increments
-        self.relaxations = [Relaxation(world, group, static.residual, static.max_steps) for group in groups]
+        self.increments, self.static = static.increments, static
+        self.relaxations = [Relaxation(world, group, static) for group in groups]
 
     def pools(self) -> list[Pool]:
         """All that has history."""
@@ -61,21 +66,37 @@ class Statics:
 
     @property
     def rule(self) -> str:
-        return f"{self.increments} equal load increments"
+        return f"{self.increments} {'steps along the path' if self.static.method == 'arc' else 'equal load increments'}"
 
     def status(self) -> dict[str, float]:
-        return {"relaxation_steps": self.steps, "residual": float(max(relaxation.residual.max() for relaxation in self.relaxations))}
+        """load: the part of the whole load that is borne; unstable: how many groups stand where the least push would move them on."""
+        many = self.relaxations
+        return {
+            "relaxation_steps": self.steps,
+            "newton_steps": sum(one.iterations for one in many),
+            "residual": float(max(one.residual.max() for one in many)),
+            "load": min(one.level for one in many),
+            "unstable": sum(int(one.unstable) for one in many),
+        }
 
 
 class Relaxation(Pool):
     """Brings a group to equilibrium under the loads of a pseudo-time. Each body has its own step, damping and residual, so that it
     moves as if it were alone."""
 
-    kept = ("steps", "load", "residual", "work", "u", "force", "director", "moment")
+    kept = (
+        *("steps", "iterations", "load", "residual", "work", "u", "force", "director", "moment", "pressure"),
+        *("level", "unstable", "onward", "onward_load", "length", "longest"),
+    )
 
-    def __init__(self, world: "Clocked", group: "ShellGroup", tolerance: float, max_steps: int):
+    def __init__(self, world: "Clocked", group: "ShellGroup", static: Static):
         super().__init__(f"relax{group.suffix}")
-        self.world, self.group, self.tolerance, self.max_steps = world, group, tolerance, max_steps
+        self.world, self.group, self.tolerance, self.max_steps = world, group, static.residual, static.max_steps
+        self.tangent: Stiffness | None = None
+        if static.method in ("newton", "arc") or (static.method is None and group.nodes.n <= LARGEST):
+            self.tangent = group.stiffness()
+        # "both": Newton's method, with relaxation to fall back on
+        self.method, self.increments = static.method or ("both" if self.tangent is not None else "relaxation"), static.increments
         nodes, n, dim = group.nodes, group.nodes.n, group.nodes.dim
         self.ratio = self.field("ratio", n, doc="weight across the shell over weight along it", keeps=True)
         self.before = self.field("before", n, dim, unit="N", doc="force of the step before")
@@ -100,23 +121,130 @@ class Relaxation(Pool):
         runtime.put(self.spacing, np.array([body.mesh.spacing for body in group.shells]))
         self.load = np.zeros(bodies)  # norm of the applied load
         self.residual = np.zeros(bodies)
-        self.steps = 0
+        self.steps, self.iterations = 0, 0
+        self.level, self.unstable = 0.0, False
         self.work = 0.0  # J, of the loads: trapezoidal over the increments, which start from no load
         # of the increment before: displacements [m], forces [N], directors, moments [N m]; those at rest before the first
         self.u, self.force = np.zeros((n, dim)), np.zeros((n, dim))
         self.director = runtime.get(nodes.N, n) if nodes.bends else np.zeros((n, 3))
         self.moment = np.zeros((n, 3))
+        self.pressure = np.zeros(0 if group.pressures is None else len(group.pressures.pressed))
+        # of a path that is followed: its direction now, and the next step along it
+        self.onward, self.onward_load = np.zeros((n, dim + 3 if nodes.bends else dim)), 0.0
+        self.length, self.longest = 0.0, 0.0
 
     def renew(self) -> None:
-        """The loads follow from the time."""
+        """The loads follow from the time, or from the level that a path has reached."""
         self.group.loads.update(self.world.time)
+        if self.method == "arc":
+            loads = self.group.loads
+            given = [*([self.force] if loads.pushes else []), *([self.moment] if loads.twists else [])]
+            for load, values in zip(loads.given(), given):
+                runtime.put(load.total, values)
 
     def settle(self, time: float) -> None:
-        """Equilibrium under the loads at pseudo-time `time`; RunStopped when it does not come."""
-        group = self.group
-        group.loads.update(time)
-        self._settle(time)
+        """Equilibrium under the loads at pseudo-time `time`, or one step along the path; RunStopped when it does not come."""
+        duration = self.group.scene.duration
+        if self.method == "arc":
+            self._follow(duration)
+            return
+        self.group.loads.update(time)
+        if self.method == "relaxation" or not self._climb(time):
+            self._settle(time)
+            self._reached(self._pressures(time))
+            self.unstable = False
+        self.level = time / duration
+
+    def _pressures(self, time: float) -> np.ndarray:
+        """Each pressure at that time [Pa]."""
+        pressures = self.group.pressures
+        return np.array([one.now(time) for one in pressures.pressed]) if pressures is not None else np.zeros(0)
+
+    def _reached(self, pressure: np.ndarray) -> None:
+        """An equilibrium: the work since the one before."""
+        if self.group.pressures is not None:
+            self.group.pressures.press_with(pressure)
+            self.pressure = pressure
         self._book()
+
+    def _path(self, before: tuple, time: float) -> Path:
+        """From the loads `before` (forces, moments, pressures) to those of a time."""
+        group, n = self.group, self.group.nodes.n
+        loads = group.loads
+        loads.set(time)
+        pairs = [
+            (before[0], runtime.get(loads.force.total, n).astype(np.float64)) if loads.pushes else None,
+            (before[1], runtime.get(loads.moment.total, n).astype(np.float64)) if loads.twists else None,
+            (before[2], self._pressures(time)) if group.pressures is not None else None,
+        ]
+        assert self.tangent is not None
+        return Path(group, self.tangent, Loads(*pairs), self.load, ROOM)
+
+    def _climb(self, time: float) -> bool:
+        """Newton's method to the loads of a time; False where relaxation has to take over, from the last equilibrium it found."""
+        path = self._path((self.force, self.moment, self.pressure), time)
+        start = path.here()
+        self.load = np.maximum(self.load, path.weigh(replace(start, s=1.0)))
+        path.tolerance = self.tolerance * self.load
+        last = [start]
+
+        def reached(state: State) -> None:
+            path.put(state)
+            self._reached(Loads.between(path.loads.pressures, state.s))
+            last.append(state)
+
+        try:
+            path.climb(start, reached)
+            found = True
+        except Lost:
+            path.put(replace(last[-1], s=1.0 if self.method == "both" else last[-1].s))
+            found = False
+        self._count(path)
+        if not found and self.method == "newton":
+            done = self.level + last[-1].s * (time / self.group.scene.duration - self.level)
+            self.level = done
+            raise RunStopped(
+                f"shell '{self._worst()}': Newton's method found no equilibrium beyond {done:.4g} of the load;"
+                " static.method = 'arc' follows the path over a limit point, 'relaxation' goes where the shell would settle",
+                goes_on=True,
+            )
+        return found
+
+    def _follow(self, duration: float) -> None:
+        """One step along the path of loads in proportion; where all of them are borne, the path has ended."""
+        if self.level >= 1.0:
+            return
+        n, dim = self.group.nodes.n, self.group.nodes.dim
+        path = self._path((np.zeros((n, dim)), np.zeros((n, 3)), np.zeros(len(self.pressure))), duration)
+        start = replace(path.here(), s=self.level)
+        self.load = np.maximum(self.load, path.weigh(State(0.0 * start.u, 0.0 * start.d, 1.0, start.stresses)))
+        path.tolerance = self.tolerance * self.load
+        direction = Direction(self.onward, self.onward_load)
+        try:
+            if self.length == 0.0:
+                direction = path.direction(start, None)
+                self.length = 1.0 / (self.increments * direction.load)
+                self.longest = FARTHEST * self.length
+            state, onward, length = path.step(start, direction, self.length)
+            self.length = min(length, self.longest)
+        except Lost:
+            path.put(start)
+            self._count(path)
+            raise RunStopped(
+                f"shell '{self._worst()}': the path cannot be followed beyond {self.level:.4g} of the load; it may branch there:"
+                " use more static.increments, or static.method = 'relaxation'",
+                goes_on=True,
+            ) from None
+        self.onward, self.onward_load, self.level = onward.moves, onward.load, state.s
+        path.put(state)
+        self._reached(Loads.between(path.loads.pressures, state.s))
+        self._count(path)
+
+    def _count(self, path: Path) -> None:
+        self.iterations += path.iterations
+        self.world.step += path.iterations
+        self.residual = path.residual / np.maximum(self.load, 1e-300)
+        self.unstable = path.unstable
 
     def _book(self) -> None:
         """External work of the increment that has just been settled."""
@@ -150,9 +278,13 @@ class Relaxation(Pool):
         if ratio.min() >= 1.0:
             return False
         runtime.put(self.ratio, np.minimum(4.0 * ratio, 1.0))
+        self._back()
+        return True
+
+    def _back(self) -> None:
+        """To where the relaxation began."""
         for field, values in self._start:
             field.from_numpy(values)
-        return True
 
     def _settle(self, time: float) -> None:
         group = self.group
@@ -169,19 +301,20 @@ class Relaxation(Pool):
             self._since += 1
             if self._since % LOOK == 0 or self._since == 1:
                 if self._look():
-                    if group.pressures is not None:
-                        group.pressures.press(time)
                     return
                 if not (self.residual < 1e3).all():
                     if not self._again():
+                        self._back()
                         raise RunStopped(
                             f"shell '{self._worst()}': the relaxation diverged after {k} steps at load {time:g}; the"
-                            " load is likely beyond a limit point: use more static.increments"
+                            " load is likely beyond a limit point: use more static.increments, or static.method = 'arc'",
+                            goes_on=True,
                         )
                     self._rest()
         raise RunStopped(
             f"shell '{self._worst()}': no equilibrium at load {time:g} after {self.max_steps} steps; the residual is"
-            f" {self.residual.max():.3g}, wanted {self.tolerance:g}: raise static.max_steps or static.residual"
+            f" {self.residual.max():.3g}, wanted {self.tolerance:g}: raise static.max_steps or static.residual",
+            goes_on=True,
         )
 
     def _rest(self) -> None:
