@@ -50,6 +50,8 @@ CASES = {
     "subcycled": Case("tank_leak", 60, {"fluids.0.every": 2}, near=1e-3),
     "planes": Case("dam_break", 200, near=1e-3),
     "block": Case("falling_block", 200, near=1e-3),
+    "fuel": Case("fuel_over_water", 200, {"heavy": "above"}, near=1e-3),
+    "tanks": Case("two_tanks", 60, near=1e-3),
     "statics": Case("clamped_plate", 1, {"slenderness": 0.1, "nodes": "regular", "cells": "quad", "static.method": "relaxation"}),
     "modes": Case("plate_modes", 3, {"edges": "free", "nodes": "regular"}),
 }
