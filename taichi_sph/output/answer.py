@@ -268,6 +268,26 @@ def _struck(run: RunFolder, shells: list[Shell]) -> list[str]:
     return [*(text for text, _ in told.values()), *_leaks(run, {name: broke for name, (_, broke) in told.items()}), *_strikers(run)]
 
 
+def _supports(run: RunFolder) -> list[str]:
+    """What the supports and drives of the scene bear at the end, and the most that one of them bore."""
+    together, most = np.zeros(3), (0.0, 0, 0.0)
+    numbers = [k for k in range(1, len(run.scene.motions) + 1) if (run.path / "histories" / f"support_{k}.csv").exists()]
+    for k in numbers:
+        history = run.history(f"support_{k}")
+        force = np.stack([history[c] for c in ("fx", "fy", "fz")], axis=1)
+        if not len(force):
+            return []
+        together += force[-1]
+        size = np.linalg.norm(force, axis=1)
+        most = max(most, (float(size.max()), k, float(history.time[np.argmax(size)])))
+    if most[0] == 0.0:
+        return []
+    bear = ", ".join(quantity_text(float(f) if abs(f) > 1e-6 * most[0] else 0.0, "N") for f in together)
+    one = "The support bears" if len(numbers) == 1 else f"The {count(len(numbers))} supports bear together"
+    which = "" if len(numbers) == 1 else f" of one (support {most[1]})"
+    return [f"{one} ({bear}) at the end; the largest force{which} is {quantity_text(most[0], 'N')} at {quantity_text(most[2], 's')}."]
+
+
 def answer(run: RunFolder, summary: dict[str, Any] | None = None) -> list[str]:
     """Lines of text: the cracks, the quantities against their targets, the balance of energy, the cost."""
     scene: Scene = run.scene
@@ -277,6 +297,7 @@ def answer(run: RunFolder, summary: dict[str, Any] | None = None) -> list[str]:
         lines = _struck(run, breakable)
     else:
         lines = [_body(run, shell, len(scene.shells) > 1) for shell in breakable]
+    lines += _supports(run)
     for name, entry in summary["quantities"].items():
         target = tolerance_text(entry)
         lines.append(f"{in_words(name)}: {quantity_text(entry['value'], entry['unit'])}" + (f" ({target})" if target else ""))
