@@ -21,8 +21,11 @@ def forces(world, k: int = 1) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_a_clamped_plate_hands_its_pressure_to_its_clamps():
-    """A plate of 1 m under 1 kPa, two edges clamped: each bears half of the load, and the moments of a beam, p L^2 / 12, face each other."""
-    ends = [PrescribedVelocity(where=Box(hi=(1e-6, None, None)), **CLAMP), PrescribedVelocity(where=Box(lo=(1 - 1e-6, None, None)), **CLAMP)]
+    """A plate of 1 m under 1 kPa, two edges clamped: each bears half, and the moments of a beam, p L^2 / 12."""
+    ends = [
+        PrescribedVelocity(where=Box(hi=(1e-6, None, None)), **CLAMP),
+        PrescribedVelocity(where=Box(lo=(1 - 1e-6, None, None)), **CLAMP),
+    ]
     said = shell_scene(
         irregularity=0.0,
         motions=ends,
@@ -63,7 +66,10 @@ def test_a_cantilever_bears_its_tip():
 def driven(every: int = 1):
     """A free plate that an edge draws along, faster and faster, aslant."""
     motion = PrescribedVelocity(
-        where=Box(hi=(1e-6, None, None)), velocity=(2.0, None, 1.0), spin=(None, 0, None), history=TimeTable(points=((0, 0), (1e-3, 1), (2e-3, 0.4)))
+        where=Box(hi=(1e-6, None, None)),
+        velocity=(2.0, None, 1.0),
+        spin=(None, 0, None),
+        history=TimeTable(points=((0, 0), (1e-3, 1), (2e-3, 0.4))),
     )
     said = shell_scene(irregularity=0.0, motions=[motion], duration=2e-3)
     return said if every == 1 else said.model_copy(update={"shells": [said.shells[0].model_copy(update={"every": every})]})
