@@ -92,8 +92,8 @@ class TipHistory:
 def tip_history(p: Pattern, samples: int = 200) -> TipHistory | None:
     """Front against time, and its speed by straight lines fitted over a moving window.
 
-    The front is the foremost cell linked to the cut at each time; of a crack that ends more than 60 degrees off the cut the farthest along
-    the crack itself, so that a kink does not stop it. Where it advances, its position is
+    The front is the foremost cell linked to the cut at each time; of a crack that kinks (`Pattern.turned`) the farthest along the crack
+    itself. Where it advances, its position is
     known; in between it is interpolated. The window is the time of 8 spacings of mean travel, so
     the steps of single cells do not show. The plateau is the mean speed from the end of the rise (90 % of
     the median over the later 60 %) to the end. None for a crack too short for a window.

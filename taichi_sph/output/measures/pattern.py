@@ -21,6 +21,7 @@ from ...scene import Cut
 LINK = 2.1  # spacings between the centres of two broken cells that belong together (one sound cell between)
 SEED = 3.0  # spacings from a cut within which a crack counts as starting from it
 STRIP = 2.5  # half-width of the strip in which branches are counted, in spacings
+ALONE = 0.8  # share of a crack's cells beside its longest way: with fewer it branches, and keeps to the direction of the cut
 BEND = 8.0  # spacings at the end of a crack that tell where it runs
 SMALL = 5  # a component of fewer broken cells is no crack
 
@@ -51,7 +52,8 @@ class Pattern:
 
     along, across: (K,) [m] from the tip, in the reference configuration. time: (K,) rupture time [s].
     linked: (K,) time [s] from which the cell is linked to the cut by broken cells; inf when never.
-    way: (K,) [m] through broken cells from the cut, inf where not linked. turned: it ends more than 60 degrees off the cut.
+    way: (K,) [m] through broken cells from the cut, inf where not linked. turned: the crack has no branches and ends more than 60 degrees
+    off the cut.
     component: (K,) number of the set of linked cells. size: {component: cells}.
     far: `along` of the body's far edge; near, low, high: the other sides in the same frame.
     """
@@ -152,15 +154,21 @@ def _ways(centres: np.ndarray, seeds: np.ndarray, reach: float) -> tuple[np.ndar
     return way, before
 
 
-def _turned(way: np.ndarray, before: np.ndarray, along: np.ndarray, length: float) -> bool:
-    """Whether the last `length` [m] of the longest way lead more than 60 degrees off the cut."""
+def _turned(way: np.ndarray, before: np.ndarray, centres: np.ndarray, along: np.ndarray, spacing: float) -> bool:
+    """Whether the crack is one, without branches, whose last spacings (BEND) lead more than 60 degrees off the cut."""
     linked = np.flatnonzero(np.isfinite(way))
+    length = BEND * spacing
     if not len(linked) or way[linked].max() < 2.0 * length:
         return False
-    last = at = int(linked[np.argmax(way[linked])])
-    while before[at] >= 0 and way[last] - way[at] < length:
-        at = int(before[at])
-    return bool(along[last] - along[at] < 0.5 * (way[last] - way[at]))
+    path = [int(linked[np.argmax(way[linked])])]
+    while before[path[-1]] >= 0:
+        path.append(int(before[path[-1]]))
+    last = path[0]
+    at = next(cell for cell in path if way[last] - way[cell] >= length)
+    if along[last] - along[at] >= 0.5 * (way[last] - way[at]):
+        return False
+    distance, _ = cKDTree(centres[path]).query(centres[linked])
+    return bool(np.mean(distance <= LINK * spacing) >= ALONE)
 
 
 def _distance_to_segment(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
@@ -239,7 +247,7 @@ def pattern(body: BodyFrame, cuts: tuple[Cut, ...], cut: int = 0, chosen: np.nda
         time=time,
         linked=_linked_times(centres, time, seeds, LINK * spacing),
         way=way,
-        turned=bool(cuts) and _turned(way, before, along, BEND * spacing),
+        turned=bool(cuts) and _turned(way, before, centres, along, spacing),
         component=label,
         size=np.bincount(label),
         spacing=spacing,
