@@ -10,7 +10,7 @@ import numpy as np
 from ..frame import BodyFrame
 from ..scene import Scene, Shell
 from .folder import RunFolder
-from .measures import cracks, fragments, leak, perforation
+from .measures import cracks, fragments, leak, openings, perforation
 from .measures.pattern import SMALL, Pattern, pattern
 
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
@@ -307,7 +307,7 @@ def answer(run: RunFolder, summary: dict[str, Any] | None = None) -> list[str]:
         lines = _struck(run, breakable)
     else:
         lines = [_body(run, shell, len(scene.shells) > 1) for shell in breakable]
-    lines += _supports(run)
+    lines += [*openings.too_narrow(run, quantity_text), *_supports(run)]
     for name, entry in summary["quantities"].items():
         target = tolerance_text(entry)
         lines.append(f"{in_words(name)}: {quantity_text(entry['value'], entry['unit'])}" + (f" ({target})" if target else ""))
