@@ -1,7 +1,7 @@
 """Openings that water finds at the end of a run, and those too narrow for its particles.
 
-A particle is met at D/4 by the rim of a shell, stands D/2 off a wall and presses through the kernel's reach: a slot of 1 D lets nothing
-through, one of 1.6 D a third, of 2 D a half and of 3 D six tenths of what leaves a sharp edge (docs/method.md).
+A particle is met at D/4 by the rim of a shell, and a layer of one or two particles between two walls hardly moves: of what a sharp edge
+lets out, a slot of 1 D lets out nothing, one of 1.6 D 0.36, of 2 D 0.43 and of 3 D 0.52 (docs/method.md).
 """
 
 from __future__ import annotations
