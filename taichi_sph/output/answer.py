@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from ..frame import BodyFrame
 from ..scene import Scene, Shell
 from .folder import RunFolder
-from .measures import cracks, fragments, leak, perforation
+from .measures import cracks, fragments, leak, openings, perforation
 from .measures.pattern import SMALL, Pattern, pattern
 
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
@@ -104,13 +105,17 @@ def _cut_crack(p: Pattern) -> str:
     tip = cracks.tip_history(p)
     if tip is not None:
         words += f", runs at {quantity_text(round(tip.plateau, -1), 'm/s')} after its rise"
-    arrival = cracks.passing_time(p, p.far - 1.501 * p.spacing)
+    arrival = cracks.arrival_time(p)
+    edge = "the edge" if p.turned else "the far edge"
+    aside = ", turns aside" if p.turned else ""
     if arrival is not None:
-        words += f" and reaches the far edge at {quantity_text(arrival, 's')}"
+        words += f"{aside} and reaches {edge} at {quantity_text(arrival, 's')}"
     else:
-        reach = float(p.along[p.crack].max()) + p.spacing / 2
-        words += f" and stops {quantity_text(p.far - reach, 'm')} short of the far edge"
+        short = quantity_text(float(p.left[p.crack].min()) - p.spacing / 2, "m")
+        words += f"{aside} and stops {short} short of {edge}"
     length = float(np.hypot(p.along[p.crack], p.across[p.crack]).max() + p.spacing / 2)
+    if p.turned:
+        length = float(p.way[p.crack].max() + p.spacing / 2)
     return words + f"; its length is {quantity_text(length, 'm')}"
 
 
@@ -132,6 +137,14 @@ def _elsewhere(p: Pattern) -> list[str]:
     return found
 
 
+def _small_hole(body: BodyFrame) -> str:
+    """A rupture too short for a crack: the circle of its area."""
+    broke = fragments.ruptured(body)
+    gap = math.sqrt(4 / math.pi * float(fragments.cell_areas(body.reference, body.cells)[broke].sum()))
+    cells = int(np.count_nonzero(broke))
+    return f"a hole of {quantity_text(gap, 'm')} ({count(cells)} stress point{'' if cells == 1 else 's'} wide)"
+
+
 def _body(run: RunFolder, shell: Shell, named: bool) -> str:
     body = run.frames(shell.name).body(-1)
     head = f"{shell.name} cracked" if named else "Cracked"
@@ -146,7 +159,7 @@ def _body(run: RunFolder, shell: Shell, named: bool) -> str:
         parts += _elsewhere(p)
     else:
         large = int(np.count_nonzero(p.size >= SMALL))
-        parts.append(f"{count(large)} crack{'' if large == 1 else 's'}")
+        parts.append(f"{count(large)} crack{'' if large == 1 else 's'}" if large else f"no crack, {_small_hole(body)}")
     through = len(cracks.through_cracks(p))
     if through > 1 or (through and not p.crack.any()):
         parts.append(f"{count(through)} {'cracks go' if through > 1 else 'crack goes'} through")
@@ -187,10 +200,7 @@ def _rupture(run: RunFolder, shell: Shell) -> tuple[str, bool]:
         mass = quantity_text(fragments.mass_per_area(shell) * float(f.area[0]), "kg")
         return f"{the} ruptured at {quantity_text(when, 's')} and fell into {count(whole)} pieces, the largest of {mass}.", True
     if not parts:  # too short for a crack, too small for a hole without a node
-        broke = fragments.ruptured(body)
-        gap = math.sqrt(4 / math.pi * float(fragments.cell_areas(body.reference, body.cells)[broke].sum()))
-        cells = int(np.count_nonzero(broke))
-        parts.append(f"a hole of {quantity_text(gap, 'm')} ({count(cells)} stress point{'' if cells == 1 else 's'} wide)")
+        parts.append(_small_hole(body))
     sentences = [f"{the} ruptured at {quantity_text(when, 's')}: {', '.join(parts)}"]
     if len(f.free):
         areal = fragments.mass_per_area(shell)
@@ -268,6 +278,26 @@ def _struck(run: RunFolder, shells: list[Shell]) -> list[str]:
     return [*(text for text, _ in told.values()), *_leaks(run, {name: broke for name, (_, broke) in told.items()}), *_strikers(run)]
 
 
+def _supports(run: RunFolder) -> list[str]:
+    """What the supports and drives of the scene bear at the end, and the most that one of them bore."""
+    together, most = np.zeros(3), (0.0, 0, 0.0)
+    numbers = [k for k in range(1, len(run.scene.motions) + 1) if (run.path / "histories" / f"support_{k}.csv").exists()]
+    for k in numbers:
+        history = run.history(f"support_{k}")
+        force = np.stack([history[c] for c in ("fx", "fy", "fz")], axis=1)
+        if not len(force):
+            return []
+        together += force[-1]
+        size = np.linalg.norm(force, axis=1)
+        most = max(most, (float(size.max()), k, float(history.time[np.argmax(size)])))
+    if most[0] == 0.0:
+        return []
+    bear = ", ".join(quantity_text(float(f) if abs(f) > 1e-6 * most[0] else 0.0, "N") for f in together)
+    one = "The support bears" if len(numbers) == 1 else f"The {count(len(numbers))} supports bear together"
+    which = "" if len(numbers) == 1 else f" of one (support {most[1]})"
+    return [f"{one} ({bear}) at the end; the largest force{which} is {quantity_text(most[0], 'N')} at {quantity_text(most[2], 's')}."]
+
+
 def answer(run: RunFolder, summary: dict[str, Any] | None = None) -> list[str]:
     """Lines of text: the cracks, the quantities against their targets, the balance of energy, the cost."""
     scene: Scene = run.scene
@@ -277,6 +307,7 @@ def answer(run: RunFolder, summary: dict[str, Any] | None = None) -> list[str]:
         lines = _struck(run, breakable)
     else:
         lines = [_body(run, shell, len(scene.shells) > 1) for shell in breakable]
+    lines += [*openings.too_narrow(run, quantity_text), *_supports(run)]
     for name, entry in summary["quantities"].items():
         target = tolerance_text(entry)
         lines.append(f"{in_words(name)}: {quantity_text(entry['value'], entry['unit'])}" + (f" ({target})" if target else ""))

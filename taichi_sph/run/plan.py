@@ -26,6 +26,7 @@ from ..scene.plausible import MAX_STEPS
 from ..scene.surfaces import Given, Plate
 from ..scene.units import show
 from .counts import check_counts
+from .openings import too_narrow
 from .overlap import check_overlaps
 
 # measured on scenes/beam_impact.py, f64: bytes of fields per node by formulation and cells; bending adds to them
@@ -202,7 +203,7 @@ def _fluid(fluid: Fluid, filling: Filling, scene: Scene) -> BodyPlan:
         spacing_min=filling.spacing,
         spacing_max=filling.spacing,
         dt=scene.numerics.time_step_safety * 0.6 * filling.spacing / fluid.water.sound,
-        note=filling.sentence,
+        note="; ".join([filling.sentence, *too_narrow(scene, fluid.name)]),
         memory=FLUID_BYTES_PER_PARTICLE * len(filling.points),
         every=fluid.every or 1,
     )

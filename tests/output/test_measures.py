@@ -89,6 +89,27 @@ def test_cells_that_break_ahead_do_not_move_the_tip() -> None:
     assert cracks.passing_time(p, 0.0485) == pytest.approx(5e-6 + 0.047 / SPEED, abs=1e-6)
 
 
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_crack_that_kinks_is_followed_along_itself(side: int) -> None:
+    """Straight to the place where others split, then square to the cut: the same speed throughout, and the edge it meets is reached."""
+    body, _ = branched(branches=1)
+    centre = cell_centres(body.points, body.cells)
+    x, y = centre[:, 0], side * (centre[:, 1] - TIP[1])
+    reach = 0.75 * SPACING
+    straight = (x > TIP[0]) & (x <= BIFURCATION + reach) & (np.abs(y) < reach)
+    up = (np.abs(x - BIFURCATION) < reach) & (y > 0)
+    rupture = np.where(straight, 5e-6 + (x - TIP[0]) / SPEED, np.where(up, 5e-6 + (BIFURCATION - TIP[0] + y) / SPEED, np.nan))
+    p = pattern(frame_at(body, rupture, 1e-4, 1).bodies[0], CUT)
+    assert p.turned
+    tip = cracks.tip_history(p)
+    assert tip.plateau == pytest.approx(SPEED, rel=0.03)
+    assert np.median(tip.speed[len(tip.speed) * 3 // 4 :]) == pytest.approx(SPEED, rel=0.03)  # beyond the kink
+    assert tip.time[-1] == pytest.approx(np.nanmax(rupture), abs=1e-7)
+    last = (p.high if side > 0 else -p.low) - 1.501 * SPACING
+    assert cracks.arrival_time(p) == pytest.approx(5e-6 + (BIFURCATION - TIP[0] + last) / SPEED, abs=0.4e-6)
+    assert p.way[p.crack].max() == pytest.approx(BIFURCATION - TIP[0] + y[up].max(), rel=0.05)
+
+
 def test_asymmetry_is_the_share_without_partner() -> None:
     body, rupture = branched()
     centre = cell_centres(body.points, body.cells)

@@ -9,6 +9,7 @@ from ...pool import Pool
 from ...runtime import ti
 from ...scene.histories import Points
 from .nodes import Nodes
+from .supports import Supports
 
 
 class Curves(Pool):
@@ -78,6 +79,7 @@ class Loads(Pool):
                 self.velocity[m][c] = float(velocity[c])
             self.curve[m] = self.curves.number(curve)
         runtime.put(nodes.fixed, fixed)
+        self.supports = Supports(nodes, fixed, len(motions), f"{self.name}.supports")
 
     def given(self) -> list["NodalLoad"]:
         """Forces and moments, where there are any."""
@@ -85,7 +87,7 @@ class Loads(Pool):
 
     def pools(self) -> list[Pool]:
         """All that has fields."""
-        return [self, *([self.curves] if self.acts else []), *self.given()]
+        return [self, *([self.curves] if self.acts else []), *self.given(), *([self.supports] if self.moves else [])]
 
     def set(self, time: float) -> None:
         """Loads at `time`."""

@@ -23,7 +23,14 @@ def kick_and_drift(nodes: ti.template(), loads: ti.template(), n: ti.i32, dt_bef
                 g = nodes.fixed[i] - 1
                 free = after
                 after = _led(loads, loads.mask, loads.velocity, nodes.dim, g, after, half_time)
-                push += nodes.mass[i] / kick * (after - free)
+                reaction = nodes.mass[i] / kick * (after - free)
+                push += reaction
+                at = loads.supports.slot[i]
+                loads.supports.u[at] = nodes.u[i]
+                if ti.static(loads.blows):
+                    loads.supports.force[at] += reaction
+                else:
+                    loads.supports.force[at] = reaction
         if ti.static(loads.acts):
             booked = any(push != 0.0)
             if ti.static(loads.blows):
@@ -72,7 +79,12 @@ def _turn(nodes: ti.template(), loads: ti.template(), i, kick, dt_before, dt, ha
             free = after
             after = _led(loads, loads.spin_mask, loads.spin, 3, g, after, half_time)
             after = undrilled(loads, g, n, after)
-            twist += nodes.inertia[i] / kick * (after - free)
+            reaction = nodes.inertia[i] / kick * (after - free)
+            twist += reaction
+            if ti.static(loads.blows):
+                loads.supports.torque[loads.supports.slot[i]] += reaction
+            else:
+                loads.supports.torque[loads.supports.slot[i]] = reaction
     if ti.static(loads.twists or loads.moves):
         booked = any(twist != 0.0)
         if ti.static(loads.blows):

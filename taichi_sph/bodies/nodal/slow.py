@@ -42,6 +42,8 @@ class SlowNodes(Pool):
     def strike(self, time: float, dt_before: float) -> None:
         """Forces and loads at `time` become a blow. dt_before: the step of the clock that led here [s]."""
         self.loads.set(time)
+        if self.loads.moves:
+            self.loads.supports.clear()
         for load in self.loads.given():
             _scale(load, self.nodes.n, float(self.every))
         _strike(self, self.nodes, self.nodes.n, float(self.every), dt_before)

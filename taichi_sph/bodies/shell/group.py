@@ -21,6 +21,7 @@ from ..body import Clocked, Entries, InPlace, Now, Rest, Span
 from ..nodal.loads import Loads
 from ..nodal.motion import kick_and_drift
 from ..nodal.slow import SlowNodes
+from ..nodal.supports import UNITS
 from .build import (
     Model,
     ShellBody,
@@ -278,6 +279,16 @@ class ShellGroup(Rest):
             for letter, field in (("u", self.nodes.u), ("v", self.nodes.v))
             for c, axis in enumerate("xyz")
         }
+
+    track_units = UNITS
+
+    def tracks(self, look: bool = True) -> dict[str, dict[str, float]]:
+        """By the name of its history: force [N] and moment [N m] of each prescribed motion on its nodes, about the middle of them;
+        "support_1" is the first motion of the scene."""
+        if not self.loads.moves or self.scene.modes is not None or self.scene.limit is not None:
+            return {}
+        numbers = [k for body in self.shells for k, motion in enumerate(self.scene.motions, start=1) if motion.body == body.name]
+        return dict(zip((f"support_{k}" for k in numbers), self.loads.supports.rows(1.0 / self.every)))
 
     def surface(self) -> ShellSurface | None:
         return ShellSurface(self) if self.nodes.bends else None

@@ -25,6 +25,7 @@ from ..shell.stress import of_sound_cells, resultants
 from .links import Links
 from .selective import SelectiveShear, node_shears, shear_at, shear_dead, take_shear
 from .slits import slits
+from .voids import voids
 
 
 class Collocation(Pool):
@@ -110,13 +111,17 @@ class Collocation(Pool):
         if self.selects:
             self.shear = SelectiveShear(model, at_nodes, self.divergence.own, f"selective{suffix}")
             self.links += self.shear.links
-        if (slit := slits(mesh, runtime.get(nodes.body, nodes.n) if nodes.several else None)) is not None:
-            of_cells = (self.strains, self.directors) if self.bends else (self.strains,)
-            both = np.concatenate([slit.nodes, slit.centres])
+        numbers_of_nodes = runtime.get(nodes.body, nodes.n) if nodes.several else None
+        longest = float((2.0 * by_node(bodies, supports) * local).max())
+        of_cells = (self.strains, self.directors) if self.bends else (self.strains,)
+        for hiding in (slits(mesh, numbers_of_nodes), voids(mesh, longest, numbers_of_nodes)):
+            if hiding is None:
+                continue
+            both = np.concatenate([hiding.nodes, hiding.centres])
             for links in self.links:
-                rows = slit.centres if links in of_cells else slit.nodes
-                seen = slit.centres if links is self.divergence else both if links.n_sources == len(both) else slit.nodes
-                slit.hide(links, np.repeat(rows[:, None], 2, axis=1), seen)
+                rows = hiding.centres if links in of_cells else hiding.nodes
+                seen = hiding.centres if links is self.divergence else both if links.n_sources == len(both) else hiding.nodes
+                hiding.hide(links, np.repeat(rows[:, None], 2, axis=1), seen)
         for links in self.links:
             links.renew_all()
         self._reference(mesh)

@@ -46,6 +46,7 @@ from ..shell.stress import of_sound_cells, resultants
 from .galerkin_reference import references, references_touched, shares, sides, turns, turns_touched
 from .links import Links
 from .slits import slits
+from .voids import voids
 
 GAUSS = 0.5 / np.sqrt(3.0)
 LOOK, STEP, JUMP = 0, 1, 2  # why residuals are evaluated: to see the forces, to go on in time, after a rupture
@@ -128,9 +129,12 @@ class Galerkin(Pool):
             runtime.put(cells.shear, bounded_shear(bodies, by_cell, constants, cell_spacing(mesh)))
             runtime.put(self.stiffness_n, bounded_shear(bodies, by_node, constants, local, scale))
             runtime.put(self.stiffness_d, scale * membrane * by_node(bodies, [e**2 for e, _, _ in constants]) / 12.0)
-        if (slit := slits(mesh, runtime.get(nodes.body, nodes.n) if nodes.several else None)) is not None:
-            seen = np.concatenate([points[: self.n_edges] + slit.edge_moves[:, None], np.repeat(slit.nodes[:, None], 2, axis=1)])
-            slit.hide(self.rows, seen, slit.nodes)
+        of_nodes = runtime.get(nodes.body, n) if nodes.several else None
+        longest = float((2.0 * support * local).max())
+        for hiding in (slits(mesh, of_nodes), voids(mesh, longest, of_nodes)):
+            if hiding is not None:
+                seen = np.concatenate([points[: self.n_edges] + hiding.edge_moves[:, None], np.repeat(hiding.nodes[:, None], 2, axis=1)])
+                hiding.hide(self.rows, seen, hiding.nodes)
         self.rows.renew_all()
         self._reference(mesh)
 

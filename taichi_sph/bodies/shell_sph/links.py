@@ -7,8 +7,9 @@ mean. A row sums sources of its own body alone. Its coefficients are
     "residual"  delta_ij - Phi_j at node i           what stabilises the galerkin form
     "gradient"  (Phi_j,1, Phi_j,2)                   the collocation form; with `values` Phi_j as the third
 
-The pattern never grows after t = 0. A rupture cuts links, bit by bit, one bit per evaluation point, and the MLS of the touched rows is
-made anew (T 2.3.6.4). The transposed list lets each source gather what the rows send back, in a fixed order and without atomics.
+The pattern never grows after t = 0. A rupture cuts links, bit by bit, one bit per evaluation point: those that cross a broken cell, and
+those that lean on one across a void (voids.py). The MLS of the touched rows is made anew (T 2.3.6.4). The transposed list lets each source
+gather what the rows send back, in a fixed order and without atomics.
 """
 
 from typing import Any
@@ -57,6 +58,7 @@ class Links(Pool):
         self.weighs = weight is not None
         self.weight = weight
         self.transposed = transposed
+        self.leans = False
         self.several = source_body is not None
         self.source_body = source_body
         if body is not None and self.several:
@@ -103,6 +105,18 @@ class Links(Pool):
     def renew_all(self) -> None:
         """MLS of every row."""
         _renew(self, 0, self.n)
+
+    def lean(self, on: np.ndarray) -> None:
+        """Links over a void (voids.py): on (K, 4) row, pair, evaluation point, and a cell that hides the pair when it breaks. Told once,
+        before anything breaks."""
+        on = on[np.lexsort(on.T[::-1])]
+        self.leans = True
+        self.lean_start = self._ints(
+            "lean_start", np.r_[0, np.cumsum(np.bincount(on[:, 0], minlength=self.n))], "where those of a row begin"
+        )
+        self.lean_pair = self._ints("lean_pair", on[:, 1], "pair whose chord leaves the body over a rim")
+        self.lean_bit = self._ints("lean_bit", 1 << on[:, 2], "bit of its evaluation point")
+        self.lean_cell = self._ints("lean_cell", on[:, 3], "cell at that rim")
 
     def cut_through(self, cells: Any, new_cells: Any, n_new: int) -> int:
         """Cut what newly broken cells hide, and what leads to dead sources; returns the rows touched."""
@@ -378,6 +392,13 @@ def _cut(links: ti.template(), cells: ti.template(), n: ti.i32, new_cells: ti.te
                                     links.cut[k] = links.cut[k] | bit
                     if links.cut[k] != before:
                         changed = 1
+        if ti.static(links.leans):
+            for w in range(links.lean_start[r], links.lean_start[r + 1]):
+                k = links.lean_pair[w]
+                bit = ti.cast(links.lean_bit[w], ti.i8)
+                if cells.broken[links.lean_cell[w]] == 1 and links.cut[k] & bit == 0:
+                    links.cut[k] = links.cut[k] | bit
+                    changed = 1
         if changed == 1:
             links.touched[ti.atomic_add(links.n_touched[0], 1)] = r
 

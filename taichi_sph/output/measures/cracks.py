@@ -62,6 +62,12 @@ def bifurcation_place(p: Pattern) -> float | None:
     return float(stations[first[0]]) if len(first) else None
 
 
+def arrival_time(p: Pattern, within: float = 1.0) -> float | None:
+    """When the crack came within `within` spacings of the last row of cells [s]; None: never."""
+    there = p.linked[p.crack & (p.left <= (0.501 + within) * p.spacing)]
+    return float(there.min()) if len(there) else None
+
+
 def passing_time(p: Pattern, along: float) -> float | None:
     """When the crack first reached `along` [s]."""
     there = p.linked[p.crack & (p.along >= along)]
@@ -70,7 +76,8 @@ def passing_time(p: Pattern, along: float) -> float | None:
 
 @dataclass(frozen=True)
 class TipHistory:
-    """The foremost broken cell of the crack: time [s], along and across [m], speed [m/s], all (n,).
+    """The foremost broken cell of the crack: time [s], along and across [m], speed [m/s], all (n,). Of a crack that has turned aside:
+    the farthest along itself.
 
     `across` is the distance from the line of the cut, so a switch between mirror branches is no jump.
     """
@@ -85,23 +92,25 @@ class TipHistory:
 def tip_history(p: Pattern, samples: int = 200) -> TipHistory | None:
     """Front against time, and its speed by straight lines fitted over a moving window.
 
-    The front is the foremost cell linked to the cut at each time. Where it advances, its position is
+    The front is the foremost cell linked to the cut at each time; of a crack that kinks (`Pattern.turned`) the farthest along the crack
+    itself. Where it advances, its position is
     known; in between it is interpolated. The window is the time of 8 spacings of mean travel, so
     the steps of single cells do not show. The plateau is the mean speed from the end of the rise (90 % of
     the median over the later 60 %) to the end. None for a crack too short for a window.
     """
-    ahead = np.flatnonzero(p.crack & (p.along > 0))
-    order = ahead[np.lexsort((-p.along[ahead], p.linked[ahead]))]
-    lead = np.maximum.accumulate(p.along[order]) if len(order) else np.empty(0)
+    come = p.ahead
+    ahead = np.flatnonzero(p.crack & (come > 0))
+    order = ahead[np.lexsort((-come[ahead], p.linked[ahead]))]
+    lead = np.maximum.accumulate(come[order]) if len(order) else np.empty(0)
     record = np.flatnonzero(np.diff(lead, prepend=-np.inf) > 1e-3 * p.spacing)
     if len(record) < 2 * WINDOW or lead[-1] < 2 * WINDOW * p.spacing:
         return None
-    t, x, y = p.linked[order[record]], lead[record], np.abs(p.across[order[record]])
+    t, come, x, y = p.linked[order[record]], lead[record], p.along[order[record]], np.abs(p.across[order[record]])
     distinct = np.append(np.diff(t) > 0, True)  # several cells in one step: the foremost counts
-    t, x, y = t[distinct], x[distinct], y[distinct]
+    t, come, x, y = t[distinct], come[distinct], x[distinct], y[distinct]
     if len(t) < WINDOW:
         return None
-    half = 0.5 * WINDOW * p.spacing * (t[-1] - t[0]) / (x[-1] - x[0])
+    half = 0.5 * WINDOW * p.spacing * (t[-1] - t[0]) / (come[-1] - come[0])
     grid = np.linspace(t[0], t[-1], samples)
     front, side = np.interp(grid, t, x), np.interp(grid, t, y)
     speed = np.empty(samples)
@@ -128,9 +137,9 @@ def branch_count(run: RunFolder, scene: Scene, *, body: str | None = None, cut: 
 
 
 def edge_arrival(run: RunFolder, scene: Scene, *, body: str | None = None, cut: int = 0, within: float = 1.0) -> float | None:
-    """Time [s] at which the crack comes within `within` spacings of the last row of cells; None: never."""
-    p = body_pattern(run, scene, body, cut)
-    return passing_time(p, p.far - (0.501 + within) * p.spacing)
+    """Time [s] at which the crack comes within `within` spacings of the last row of cells at the far edge, of a crack that has turned
+    aside at the edge it meets; None: never."""
+    return arrival_time(body_pattern(run, scene, body, cut), within)
 
 
 def tip_speed_plateau(run: RunFolder, scene: Scene, *, body: str | None = None, cut: int = 0) -> float | None:

@@ -21,6 +21,8 @@ from ...scene import Cut
 LINK = 2.1  # spacings between the centres of two broken cells that belong together (one sound cell between)
 SEED = 3.0  # spacings from a cut within which a crack counts as starting from it
 STRIP = 2.5  # half-width of the strip in which branches are counted, in spacings
+ALONE = 0.8  # share of a crack's cells beside its longest way: with fewer it branches, and keeps to the direction of the cut
+BEND = 8.0  # spacings at the end of a crack that tell where it runs
 SMALL = 5  # a component of fewer broken cells is no crack
 
 
@@ -50,6 +52,8 @@ class Pattern:
 
     along, across: (K,) [m] from the tip, in the reference configuration. time: (K,) rupture time [s].
     linked: (K,) time [s] from which the cell is linked to the cut by broken cells; inf when never.
+    way: (K,) [m] through broken cells from the cut, inf where not linked. turned: the crack has no branches and ends more than 60 degrees
+    off the cut.
     component: (K,) number of the set of linked cells. size: {component: cells}.
     far: `along` of the body's far edge; near, low, high: the other sides in the same frame.
     """
@@ -58,6 +62,8 @@ class Pattern:
     across: np.ndarray
     time: np.ndarray
     linked: np.ndarray
+    way: np.ndarray
+    turned: bool
     component: np.ndarray
     size: np.ndarray
     spacing: float
@@ -67,6 +73,20 @@ class Pattern:
     far: float
     low: float
     high: float
+
+    @property
+    def ahead(self) -> np.ndarray:
+        """(K,) [m] how far the crack has come at a cell: along the cut, or along itself where it has turned."""
+        return self.way if self.turned else self.along
+
+    @property
+    def left(self) -> np.ndarray:
+        """(K,) [m] from a cell to the far edge; where the crack has turned, to the nearest edge that does not lie behind it."""
+        if not self.turned:
+            return self.far - self.along
+        sides = np.minimum(np.minimum(self.far - self.along, self.across - self.low), self.high - self.across)
+        back = np.where(self.way > 2.0 * BEND * self.spacing, self.along - self.near, np.inf)
+        return np.minimum(sides, back)
 
     @property
     def crack(self) -> np.ndarray:
@@ -113,6 +133,42 @@ def _linked_times(centres: np.ndarray, time: np.ndarray, seeds: np.ndarray, reac
             if linked[other] == np.inf:
                 heapq.heappush(heap, (max(arrival, time[other]), other))
     return linked
+
+
+def _ways(centres: np.ndarray, seeds: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+    """Shortest way [m] through chains of broken cells from the seeds to each cell, inf where there is none; and the cell before it, -1 at
+    the start."""
+    way, before = np.full(len(centres), np.inf), np.full(len(centres), -1)
+    neighbours = cKDTree(centres).query_ball_point(centres, reach) if len(centres) else []
+    way[seeds] = 0.0
+    heap = [(0.0, int(i)) for i in np.flatnonzero(seeds)]
+    while heap:
+        so_far, cell = heapq.heappop(heap)
+        if so_far > way[cell]:
+            continue
+        for other in neighbours[cell]:
+            longer = so_far + float(np.linalg.norm(centres[other] - centres[cell]))
+            if longer < way[other] - 1e-12:
+                way[other], before[other] = longer, cell
+                heapq.heappush(heap, (longer, other))
+    return way, before
+
+
+def _turned(way: np.ndarray, before: np.ndarray, centres: np.ndarray, along: np.ndarray, spacing: float) -> bool:
+    """Whether the crack is one, without branches, whose last spacings (BEND) lead more than 60 degrees off the cut."""
+    linked = np.flatnonzero(np.isfinite(way))
+    length = BEND * spacing
+    if not len(linked) or way[linked].max() < 2.0 * length:
+        return False
+    path = [int(linked[np.argmax(way[linked])])]
+    while before[path[-1]] >= 0:
+        path.append(int(before[path[-1]]))
+    last = path[0]
+    at = next(cell for cell in path if way[last] - way[cell] >= length)
+    if along[last] - along[at] >= 0.5 * (way[last] - way[at]):
+        return False
+    distance, _ = cKDTree(centres[path]).query(centres[linked])
+    return bool(np.mean(distance <= LINK * spacing) >= ALONE)
 
 
 def _distance_to_segment(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
@@ -182,12 +238,16 @@ def pattern(body: BodyFrame, cuts: tuple[Cut, ...], cut: int = 0, chosen: np.nda
     else:
         seeds = np.ones(len(centres), dtype=bool)
     label = _labels(centres, LINK * spacing)
+    way, before = _ways(centres, seeds, LINK * spacing)
+    along = (centres - tip) @ direction
     along_nodes, across_nodes = (points - tip) @ direction, (points - tip) @ normal
     return Pattern(
-        along=(centres - tip) @ direction,
+        along=along,
         across=(centres - tip) @ normal,
         time=time,
         linked=_linked_times(centres, time, seeds, LINK * spacing),
+        way=way,
+        turned=bool(cuts) and _turned(way, before, centres, along, spacing),
         component=label,
         size=np.bincount(label),
         spacing=spacing,

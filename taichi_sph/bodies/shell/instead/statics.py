@@ -165,6 +165,8 @@ class Relaxation(Pool):
         if self.group.pressures is not None:
             self.group.pressures.press_with(pressure)
             self.pressure = pressure
+        if self.group.loads.moves:
+            self.group.loads.supports.balance(self.group.nodes, self.group.loads)
         self._book()
 
     def _path(self, before: tuple, time: float) -> Path:

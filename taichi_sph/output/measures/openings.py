@@ -1,0 +1,76 @@
+"""Openings that water finds at the end of a run, and those too narrow for its particles.
+
+A particle is met at D/4 by the rim of a shell, and a layer of one or two particles between two walls hardly moves: of what a sharp edge
+lets out, a slot of 1 D lets out nothing, one of 1.6 D 0.36, of 2 D 0.43 and of 3 D 0.52 (docs/method.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ..folder import RunFolder
+from . import fragments
+
+FLOWS = 2.0  # spacings of the fluid: water passes a narrower opening haltingly or not at all
+FREELY = 4.0  # spacings across an opening, of a resolution that lets it flow
+SHUT = 0.25  # spacings: a gap that is no opening
+
+
+def narrow(what: str, width: float, fluid: str, spacing: float, show: Callable[[float, str], str]) -> str:
+    """The sentence: which opening, how wide, and what would let water flow."""
+    return (
+        f"{what} is {show(width, 'm')} wide, {width / spacing:.2g} D of '{fluid}': below {FLOWS:g} D water passes haltingly or not at all;"
+        f" a spacing of {show(width / FREELY, 'm')} lets it flow"
+    )
+
+
+def torn(run: RunFolder, shell: str) -> float:
+    """Widest of the holes and cracks of a shell at the end [m]; 0 without one."""
+    body = run.frames(shell).body(-1)
+    if "broken" not in body.cell_data:
+        return 0.0
+    hole = max((hole.diameter for hole in fragments.holes(fragments.fragments(body, run.scene))), default=0.0)
+    return max(hole, fragments.widest(body))
+
+
+def gap(run: RunFolder, shell: str, fluid: str, spacing: float) -> tuple[float, int] | None:
+    """Between the border of a shell that lay on a wall of the fluid at the start and that wall now: the widest [m], number of the wall.
+    None: it lies on none, or still does."""
+    file = run.frames(shell)
+    first, last = file.body(0), file.body(-1)
+    ends = np.sort(np.concatenate([first.cells[:, [k, (k + 1) % 4]] for k in range(4)]), axis=1)
+    three = first.cells[:, 3] < 0
+    ends = np.concatenate([ends[(ends >= 0).all(axis=1)], np.sort(first.cells[three][:, [2, 0]], axis=1)])
+    sides, times = np.unique(ends, axis=0, return_counts=True)
+    border = np.unique(sides[times == 1])
+    if not len(border):
+        return None
+    widest: tuple[float, int] | None = None
+    for number, wall in enumerate(run.scene.walls):
+        if not wall.holds(fluid):
+            continue
+        normal = np.asarray(wall.normal) / np.linalg.norm(wall.normal)
+        before, now = ((body.points[border] - np.asarray(wall.point)) @ normal for body in (first, last))
+        on = np.abs(before) < SHUT * spacing
+        if on.any() and (most := float(now[on].max())) > SHUT * spacing and (widest is None or most > widest[0]):
+            widest = most, number
+    return widest
+
+
+def too_narrow(run: RunFolder, show: Callable[[float, str], str]) -> list[str]:
+    """A sentence for each opening that there is at the end and that water can hardly pass."""
+    found = []
+    for fluid in run.scene.fluids:
+        spacing = run.scene.numerics_of(fluid).spacing
+        for shell in run.scene.shells:
+            if shell.name not in run.bodies() or not run.scene.met(shell.name, fluid.name).meet:
+                continue
+            width = torn(run, shell.name)
+            if SHUT * spacing < width < FLOWS * spacing:
+                found.append(narrow(f"the widest opening in '{shell.name}'", width, fluid.name, spacing, show))
+            slot = gap(run, shell.name, fluid.name, spacing)
+            if slot is not None and slot[0] < FLOWS * spacing:
+                found.append(narrow(f"the gap between '{shell.name}' and walls[{slot[1]}]", slot[0], fluid.name, spacing, show))
+    return [f"{text[0].upper()}{text[1:]}." for text in found]
