@@ -34,6 +34,8 @@ BYTES_PER_NODE = {
     ("galerkin", "triangle"): 4300,
     ("collocation", "quad"): 1900,
     ("collocation", "triangle"): 3200,
+    ("elements", "quad"): 1600,
+    ("elements", "triangle"): 2900,
 }
 BENDING_BYTES_PER_NODE = 700
 FLUID_BYTES_PER_PARTICLE = 1100
@@ -42,7 +44,14 @@ FRAME_BYTES_PER_NODE = 45  # positions in f64, everything else in f32
 CHECKPOINT_BYTES_PER_NODE = 300
 # stable step over D sqrt(rho (1 - nu^2) / E), measured like the above; a lattice moved at random by p spacings
 # takes (1 - p^2) of it
-STEP = {("galerkin", "quad"): 1.10, ("galerkin", "triangle"): 0.93, ("collocation", "quad"): 1.60, ("collocation", "triangle"): 1.60}
+STEP = {
+    ("galerkin", "quad"): 1.10,
+    ("galerkin", "triangle"): 0.93,
+    ("collocation", "quad"): 1.60,
+    ("collocation", "triangle"): 1.60,
+    ("elements", "quad"): 0.99,
+    ("elements", "triangle"): 0.83,
+}
 TURNING = 1.07  # of free directors, over D sqrt(...) sqrt(alpha + (e/D)^2)
 RELAXATION = 2000  # force evaluations to the equilibrium of one load increment, the order of magnitude
 NEWTON = 5 * 4e-4  # s a node for one load increment of Newton's method, of some thousand nodes

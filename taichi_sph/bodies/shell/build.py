@@ -62,6 +62,8 @@ def laws(scene: Scene, shell: Shell) -> tuple:
     if form.kind == "collocation":
         viscous = bool(form.viscosity.alpha or form.viscosity.beta or (form.viscosity.gamma and bends))
         terms = (viscous, bool(form.edge_filter), bool(form.spin_filter), form.selective_shear)
+    if form.kind == "elements":
+        terms = (form.points,)
     every = 1 if scene.increments is not None else shell.every or 1
     return (shell.motion, history, form.kind, terms, every)
 
