@@ -45,24 +45,19 @@ def test_the_ledger_closes(points, cells):
     energies = sim.energies()
     assert np.abs(of_nodes(sim, "u")).max() > 0.05
     assert energies["kinetic"] > 0.05 * energies["external"] and energies["elastic"] > 0.05 * energies["external"]
-    assert abs(energies["closed_residual_percent"]) < 0.05
+    assert abs(energies["closed_residual_percent"]) < 1e-3
 
 
-def test_the_residual_falls_with_the_step():
-    """What is left over is of second order in the step: the trapezoidal work of forces that are not linear."""
-    left = []
-    for safety in (0.9, 0.3):
-        sim = start(scene_of(safety=safety, duration=2e-2, **LOADS))
-        sim.advance_to(5e-3)
-        left.append(abs(sim.energies()["closed_residual_percent"]))
-    assert left[1] < 0.2 * left[0] + 1e-6
-
-
-@pytest.mark.parametrize("points", [4, 1])
+@pytest.mark.parametrize("points", [pytest.param(4, marks=pytest.mark.long), 1])
 def test_restart_and_threads(points):
+    """A metal, for it has the most history."""
     material = {"strength": Perfect(yield_stress=2e8)}
     restarts_exactly(lambda: start(scene_of(points, material=material, **LOADS)), 60, 60)
     threads_change_nothing(lambda threads: start(scene_of(points, material=material, **LOADS), threads=threads), 60)
+
+
+def test_restart_of_four_points():
+    restarts_exactly(lambda: start(scene_of(4, **LOADS)), 30, 30)
 
 
 @pytest.mark.parametrize("points", [4, 1])
