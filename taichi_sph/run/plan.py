@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -168,7 +169,7 @@ def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:
     return BodyPlan(
         name=shell.name,
         nodes=len(mesh.points),
-        stress_points=len(mesh.cells),
+        stress_points=_points(n.formulation, mesh),
         mass=float(mesh.node_areas.sum() * shell.thickness * m.density),
         analytic_mass=None if area is None else area * shell.thickness * m.density,
         thickness=shell.thickness,
@@ -229,6 +230,11 @@ def _turning(slenderness: float, numerics: Numerics) -> float:
     if numerics.raised_inertia and bound > 0:
         return math.inf
     return TURNING * math.sqrt(bound + max(slenderness**2, 1.0 if numerics.raised_inertia else 0.0))
+
+
+def _points(form: Any, mesh: SurfaceMesh) -> int:
+    """Stress points of a mesh in that form: one a cell, and as many as a quadrangle of finite elements has."""
+    return len(mesh.cells) + (getattr(form, "points", 1) - 1) * int((mesh.cells[:, 3] >= 0).sum())
 
 
 def _cells(mesh: SurfaceMesh) -> str:

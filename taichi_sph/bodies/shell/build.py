@@ -110,7 +110,7 @@ def build(scene: Scene, shells: Sequence[Shell], suffix: str = "", per_cell: int
     if spared is not None:
         spared = np.repeat(spared, per_cell)
     points = StressPoints(per_cell * len(mesh.cells), nodes, material, spared, np.repeat(of_cell, per_cell), f"points{suffix}")
-    return Model(tuple(bodies), mesh, nodes, Topology(mesh, nodes, f"elements{suffix}"), points, material)
+    return Model(tuple(bodies), mesh, nodes, Topology(mesh, nodes, f"cells{suffix}"), points, material)
 
 
 def by_node(bodies: Sequence[ShellBody], values: Any) -> np.ndarray:

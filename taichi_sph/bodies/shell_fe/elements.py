@@ -37,12 +37,12 @@ HINGE = 0.5 * 3.0**0.5  # mean of sqrt(3) s over the stress sign(s) of a plastic
 
 
 class Elements(Pool):
-    """The term. `strain` fills the forces of the corners, `force` overwrites nodes.force (and nodes.couple)."""
+    """Internal forces of finite elements: `strain` fills the forces of the corners, `force` overwrites nodes.force (and nodes.couple)."""
 
     look_every = 100  # steps between two looks at the largest frequency
 
     def __init__(self, model: Model, points: int, suffix: str = ""):
-        super().__init__(f"elements_of{suffix}")
+        super().__init__(f"elements{suffix}")
         mesh, bodies = model.mesh, model.bodies
         self.nodes, self.cells, self.points, self.material = model.nodes, model.cells, model.points, model.material
         self.bends, self.per_cell, self.reach = self.nodes.bends, points, longest_diagonal(mesh)
