@@ -16,14 +16,17 @@ from taichi_sph.world.world import World
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "fields.md"
+METAL = {"shells.0.material.strength.kappa": 0.0, "shells.0.material.strength.layers": 3}
 SCENES = (
     ("tank_leak", {"fluids.0.every": 2}),
     ("dam_break", {}),
-    ("plate_perforation", {"shells.0.material.strength.kappa": 0.0, "shells.0.material.strength.layers": 3}),
+    ("plate_perforation", METAL),
     ("crack_branching", {"formulation": "collocation"}),
     ("plate_burst", {}),
     ("clamped_plate", {"slenderness": 0.1, "nodes": "regular", "cells": "quad"}),
     ("plate_modes", {"edges": "free", "nodes": "regular"}),
+    ("clamped_plate", {"slenderness": 0.1, "nodes": "regular", "cells": "quad", "formulation": "elements"}),
+    ("plate_perforation", METAL | {"numerics.formulation": {"kind": "elements", "points": 1}, "shells.0.material.critical_damage": None}),
 )
 HEAD = """# Fields
 

@@ -14,6 +14,7 @@ from typing import Literal
 from taichi_sph.scene import (
     Box,
     Dimensionless,
+    FiniteElements,
     Galerkin,
     Material,
     NodalForce,
@@ -36,6 +37,7 @@ CELLS = {"draft": 12, "standard": 20, "paper": 39}  # along the length
 TOLERANCE = {"draft": 0.06, "standard": 0.03, "paper": 0.02}
 TURNS = {"draft": 0.25, "standard": 0.5, "paper": 1.0}  # at most some 10 degrees from cell to cell
 LENGTH, YOUNG = 1.0, 210e9
+FORMS = {"galerkin": Galerkin(), "elements": FiniteElements(), "elements_1": FiniteElements(points=1)}
 SMALL = 1e-3  # deflection over thickness
 ROWS = 4  # cells across the strip
 
@@ -48,17 +50,18 @@ def scene(
     increments: int = 12,
     nodes: Literal["regular", "irregular"] = "regular",
     cells: Literal["quad", "triangle"] = "quad",
+    formulation: Literal["galerkin", "elements", "elements_1"] = "galerkin",
 ) -> Scene | Study:
     """slenderness: e/L; turns (0: those of the quality) and increments: of the moment. load = "both" goes through
     thicknesses and sets of nodes."""
     turns = turns or TURNS[quality]
     if load != "both":
-        return one(quality, load, slenderness, turns, increments, nodes, cells)
+        return one(quality, load, slenderness, turns, increments, nodes, cells, formulation)
     cases = {}
     for kind in ("regular", "irregular"):
         for ratio in (1e-1, 1e-2, 1e-3, 1e-4):
-            cases[f"force_{ratio:g}_{kind}"] = one(quality, "force", ratio, turns, increments, kind, cells)
-        cases[f"circle_{kind}"] = one(quality, "moment", slenderness, turns, increments, kind, cells)
+            cases[f"force_{ratio:g}_{kind}"] = one(quality, "force", ratio, turns, increments, kind, cells, formulation)
+        cases[f"circle_{kind}"] = one(quality, "moment", slenderness, turns, increments, kind, cells, formulation)
     return Study(
         name="cantilever",
         title="Cantilever with free edges",
@@ -68,7 +71,7 @@ def scene(
     )
 
 
-def one(quality: Quality, load: str, slenderness: float, turns: float, increments: int, nodes: str, cells: str) -> Scene:
+def one(quality: Quality, load: str, slenderness: float, turns: float, increments: int, nodes: str, cells: str, formulation: str) -> Scene:
     """One load on one strip."""
     d = LENGTH / CELLS[quality]
     e, width = slenderness * LENGTH, ROWS * d
@@ -125,7 +128,7 @@ def one(quality: Quality, load: str, slenderness: float, turns: float, increment
         **loads,
         duration=1.0,
         static=static,
-        numerics=Numerics(spacing=d, cells=cells, irregularity=0.25 if nodes == "irregular" else 0.0, formulation=Galerkin()),
+        numerics=Numerics(spacing=d, cells=cells, irregularity=0.25 if nodes == "irregular" else 0.0, formulation=FORMS[formulation]),
         output=Output(frames=static.increments, samples=static.increments, checkpoints=0),
         quantities=[wanted, Quantity(name="relaxation_residual", source="of the load")],
     )

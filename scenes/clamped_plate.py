@@ -3,7 +3,8 @@
 The deflection at the middle over that of Mindlin's theory, for e/L from 1e-1 to 1e-4, on regular nodes and on nodes
 moved at random by up to a quarter of the spacing; and the order of convergence, at 1e-3. The thesis locks beyond
 L/e of 100 to 1000, even stabilised. Its own form (formulation = collocation) is loaded by forces on the nodes: a
-pressure is one of the galerkin form. Thinner than e/L = 1e-3 it finds no equilibrium.
+pressure is one of the other forms. Thinner than e/L = 1e-3 it finds no equilibrium. Finite elements on the same nodes,
+with four stress points or with one: formulation = elements, elements_1.
 
     python scenes/clamped_plate.py --quality paper --out DIR
     python scenes/clamped_plate.py --quality paper --set slenderness=1e-4 --set nodes=irregular --out DIR
@@ -16,6 +17,7 @@ from taichi_sph.scene import (
     Collocation,
     Convergence,
     Dimensionless,
+    FiniteElements,
     Galerkin,
     Material,
     NodalForce,
@@ -38,6 +40,7 @@ TOLERANCE = {"draft": 0.06, "standard": 0.03, "paper": 0.02}
 SIDE, YOUNG, NU = 1.0, 210e9, 0.3
 # w D / (q L^4) at the middle, nu 0.3, shear factor 5/6: Ritz, 20 x 20 Legendre polynomials (tests/world/ritz.py)
 MINDLIN = {1e-1: 1.504626e-3, 1e-2: 1.267857e-3, 1e-3: 1.265345e-3, 1e-4: 1.265319e-3}
+FORMS = {"galerkin": Galerkin(), "collocation": Collocation(), "elements": FiniteElements(), "elements_1": FiniteElements(points=1)}
 SMALL = 1e-3  # deflection over thickness: the plate stays linear
 
 
@@ -46,7 +49,7 @@ def scene(
     slenderness: Dimensionless = 0.0,
     nodes: Literal["regular", "irregular"] = "regular",
     cells: Literal["quad", "triangle"] = "quad",
-    formulation: Literal["galerkin", "collocation"] = "galerkin",
+    formulation: Literal["galerkin", "collocation", "elements", "elements_1"] = "galerkin",
 ) -> Scene | Study:
     """slenderness: e/L, 0 for all of them on both sets of nodes."""
     if slenderness:
@@ -83,7 +86,7 @@ def one(quality: Quality, slenderness: float, nodes: str, cells: str, formulatio
     pressure = deflection * rigidity / (MINDLIN[known] * SIDE**4)
     edges = [[clamped(axis, 0.0, "above"), clamped(axis, SIDE, "below")] for axis in ("x", "y")]
     middle = {"x": SIDE / 2, "y": SIDE / 2}
-    if formulation == "galerkin":
+    if formulation != "collocation":
         load = {"pressures": [SurfacePressure(shell="plate", value=pressure, kind="dead")]}
         static = Static(residual=1e-6)
     else:
@@ -110,7 +113,7 @@ def one(quality: Quality, slenderness: float, nodes: str, cells: str, formulatio
             spacing=d,
             cells=cells,
             irregularity=0.25 if nodes == "irregular" else 0.0,
-            formulation=Galerkin() if formulation == "galerkin" else Collocation(),
+            formulation=FORMS[formulation],
         ),
         output=Output(frames=1, samples=1, checkpoints=0),
         quantities=[

@@ -9,11 +9,26 @@ rotary inertia and is for another operator.
 
 from typing import Literal
 
-from taichi_sph.scene import Dimensionless, Galerkin, Material, Numerics, Output, Plate, Quality, Quantity, Scene, Shell, StepLimit, Study
+from taichi_sph.scene import (
+    Dimensionless,
+    FiniteElements,
+    Galerkin,
+    Material,
+    Numerics,
+    Output,
+    Plate,
+    Quality,
+    Quantity,
+    Scene,
+    Shell,
+    StepLimit,
+    Study,
+)
 
 CELLS = {"draft": 10, "standard": 16, "paper": 24}  # a side
 THICKNESSES = {"draft": (1e-3, 0.3, 10.0), "standard": (1e-3, 0.1, 1.0, 10.0), "paper": (1e-3, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0)}
 RATIOS = {"draft": (0.3,), "standard": (0.0, 0.49), "paper": (0.0, 0.3, 0.49)}
+FORMS = {"galerkin": Galerkin(), "elements": FiniteElements(), "elements_1": FiniteElements(points=1)}
 SIDE, YOUNG, DENSITY = 1.0, 210e9, 7800.0
 
 
@@ -23,20 +38,25 @@ def scene(
     poisson: Dimensionless = 0.3,
     cells: Literal["quad", "triangle"] = "quad",
     raised_inertia: bool = True,
+    formulation: Literal["galerkin", "elements", "elements_1"] = "galerkin",
 ) -> Scene | Study:
     """thickness: e/D, 0 for a series of them and of Poisson's ratios."""
     if thickness:
-        return one(quality, thickness, poisson, cells, raised_inertia)
+        return one(quality, thickness, poisson, cells, raised_inertia, formulation)
     return Study(
         name="critical_step",
         title="Critical time step",
         source="T 2.2.5",
         quality=quality,
-        cases={f"{e:g}_nu{nu:g}": one(quality, e, nu, cells, raised_inertia) for e in THICKNESSES[quality] for nu in RATIOS[quality]},
+        cases={
+            f"{e:g}_nu{nu:g}": one(quality, e, nu, cells, raised_inertia, formulation)
+            for e in THICKNESSES[quality]
+            for nu in RATIOS[quality]
+        },
     )
 
 
-def one(quality: Quality, thickness: float, poisson: float, cells: str, raised_inertia: bool) -> Scene:
+def one(quality: Quality, thickness: float, poisson: float, cells: str, raised_inertia: bool, formulation: str) -> Scene:
     """One thickness e/D and one Poisson's ratio."""
     d = SIDE / CELLS[quality]
     return Scene(
@@ -54,7 +74,7 @@ def one(quality: Quality, thickness: float, poisson: float, cells: str, raised_i
         ],
         duration=1.0,
         limit=StepLimit(),
-        numerics=Numerics(spacing=d, cells=cells, irregularity=0.25, formulation=Galerkin(), raised_inertia=raised_inertia),
+        numerics=Numerics(spacing=d, cells=cells, irregularity=0.25, formulation=FORMS[formulation], raised_inertia=raised_inertia),
         output=Output(frames=1, samples=1, checkpoints=0),
         quantities=[
             Quantity(

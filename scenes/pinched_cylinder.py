@@ -16,6 +16,7 @@ from taichi_sph.scene import (
     Collocation,
     Cylinder,
     Dimensionless,
+    FiniteElements,
     Galerkin,
     Material,
     NodalForce,
@@ -43,22 +44,27 @@ def scene(
     nodes: Literal["both", "regular", "irregular"] = "both",
     cells: Literal["both", "quad", "triangle"] = "both",
     load: Literal["both", "spread", "point"] = "both",
-    formulation: Literal["galerkin", "collocation"] = "galerkin",
+    formulation: Literal["galerkin", "collocation", "elements", "elements_1"] = "galerkin",
     shear_bound: Dimensionless = 0.1,
 ) -> Scene | Study:
-    """shear_bound: alpha of the galerkin form."""
+    """shear_bound: alpha of the galerkin form and of the elements."""
     loads = ("spread", "point") if load == "both" else (load,)
     # the strong form finds no equilibrium on triangles
-    shapes = (("quad", "triangle") if formulation == "galerkin" else ("quad",)) if cells == "both" else (cells,)
+    shapes = (("quad",) if formulation == "collocation" else ("quad", "triangle")) if cells == "both" else (cells,)
     kinds = ("regular", "irregular") if nodes == "both" else (nodes,)
-    form = Galerkin(shear_bound=shear_bound) if formulation == "galerkin" else Collocation()
+    form = {
+        "galerkin": Galerkin(shear_bound=shear_bound),
+        "collocation": Collocation(),
+        "elements": FiniteElements(shear_bound=shear_bound),
+        "elements_1": FiniteElements(points=1, shear_bound=shear_bound),
+    }[formulation]
     cases = {f"{how}_{shape}_{kind}": one(quality, how, kind, shape, form) for how in loads for shape in shapes for kind in kinds}
     if len(cases) == 1:
         return next(iter(cases.values()))
     return Study(name="pinched_cylinder", title="Pinched cylinder", source="MacNeal and Harder 1985", quality=quality, cases=cases)
 
 
-def one(quality: Quality, load: str, nodes: str, cells: str, formulation: Galerkin | Collocation) -> Scene:
+def one(quality: Quality, load: str, nodes: str, cells: str, formulation: Galerkin | Collocation | FiniteElements) -> Scene:
     """One load on one set of nodes."""
     d = RADIUS * math.pi / 2 / (NODES[quality] - 1)
     # x = R, z = 0 under the force; symmetry at y = 0, x = 0 and z = 0, the diaphragm at the end of the axis
@@ -84,7 +90,7 @@ def one(quality: Quality, load: str, nodes: str, cells: str, formulation: Galerk
         motions=held("wall", d, ends, rims),
         forces=[NodalForce(shell="wall", where=Ball(centre=(RADIUS, 0, 0), radius=reach), total=(-FORCE / 4, 0, 0))],
         duration=1.0,
-        static=Static(residual=1e-5) if formulation.kind == "galerkin" else Static(residual=1e-4, max_steps=60_000),
+        static=Static(residual=1e-5) if formulation.kind != "collocation" else Static(residual=1e-4, max_steps=60_000),
         numerics=Numerics(
             spacing=d,
             cells=cells,

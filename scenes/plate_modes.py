@@ -9,11 +9,12 @@ Lanczos' iteration.
 import math
 from typing import Literal
 
-from taichi_sph.scene import Galerkin, Material, Modes, Numerics, Output, Plate, Quality, Quantity, Scene, Shell, Study
+from taichi_sph.scene import FiniteElements, Galerkin, Material, Modes, Numerics, Output, Plate, Quality, Quantity, Scene, Shell, Study
 from taichi_sph.scene.supports import Edge, held
 
 CELLS = {"draft": 10, "standard": 20, "paper": 39}  # a side
 TOLERANCE = {"draft": 0.08, "standard": 0.03, "paper": 0.02}
+FORMS = {"galerkin": Galerkin(), "elements": FiniteElements(), "elements_1": FiniteElements(points=1)}
 SIDE, THICKNESS, YOUNG, NU, DENSITY = 1.0, 0.01, 210e9, 0.3, 7800.0
 # omega L^2 sqrt(rho e / D): Ritz with Legendre polynomials; Navier's solution, directors held along the edges
 # (tests/world/ritz.py finds both)
@@ -28,16 +29,17 @@ def scene(
     edges: Literal["both", "free", "supported"] = "both",
     nodes: Literal["both", "regular", "irregular"] = "both",
     cells: Literal["quad", "triangle"] = "quad",
+    formulation: Literal["galerkin", "elements", "elements_1"] = "galerkin",
 ) -> Scene | Study:
     kinds = ("regular", "irregular") if nodes == "both" else (nodes,)
     holds = ("free", "supported") if edges == "both" else (edges,)
-    cases = {f"{hold}_{kind}": one(quality, hold, kind, cells) for hold in holds for kind in kinds}
+    cases = {f"{hold}_{kind}": one(quality, hold, kind, cells, formulation) for hold in holds for kind in kinds}
     if len(cases) == 1:
         return next(iter(cases.values()))
     return Study(name="plate_modes", title="Natural modes of a square plate", source="Leissa 1973; Mindlin", quality=quality, cases=cases)
 
 
-def one(quality: Quality, edges: str, nodes: str, cells: str) -> Scene:
+def one(quality: Quality, edges: str, nodes: str, cells: str, formulation: str) -> Scene:
     """One kind of edge on one set of nodes."""
     d = SIDE / CELLS[quality]
     rigidity = YOUNG * THICKNESS**3 / 12 / (1 - NU**2)
@@ -63,7 +65,7 @@ def one(quality: Quality, edges: str, nodes: str, cells: str) -> Scene:
         motions=held("plate", d, sides, ends) if edges == "supported" else [],
         duration=float(count),
         modes=Modes(count=count),
-        numerics=Numerics(spacing=d, cells=cells, irregularity=0.25 if nodes == "irregular" else 0.0, formulation=Galerkin()),
+        numerics=Numerics(spacing=d, cells=cells, irregularity=0.25 if nodes == "irregular" else 0.0, formulation=FORMS[formulation]),
         output=Output(frames=count, samples=count, checkpoints=0),
         quantities=[
             Quantity(

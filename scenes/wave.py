@@ -10,6 +10,7 @@ from typing import Literal
 
 from taichi_sph.scene import (
     Collocation,
+    FiniteElements,
     Galerkin,
     InitialVelocity,
     Material,
@@ -34,7 +35,7 @@ YOUNG, DENSITY = 210e9, 7800.0
 def scene(
     quality: Quality = "draft",
     nodes: Literal["both", "regular", "irregular"] = "both",
-    formulation: Literal["both", "galerkin", "collocation"] = "both",
+    formulation: Literal["both", "galerkin", "collocation", "elements", "elements_1"] = "both",
 ) -> Scene | Study:
     kinds = ("regular", "irregular") if nodes == "both" else (nodes,)
     forms = ("galerkin", "collocation") if formulation == "both" else (formulation,)
@@ -48,6 +49,7 @@ def one(quality: Quality, nodes: str, formulation: str) -> Scene:
     """One formulation on one set of nodes."""
     # the strong form keeps its energy on a lattice; on moved nodes it makes some, and needs four times the viscosity
     strong = Collocation(viscosity=Viscosity(alpha=0.2)) if nodes == "irregular" else Collocation()
+    forms = {"galerkin": Galerkin(), "collocation": strong, "elements": FiniteElements(), "elements_1": FiniteElements(points=1)}
     period = LENGTH / math.sqrt(YOUNG / DENSITY)
     at_centre = {"history": "probe_centre", "column": "v_x"}
     quantities = []
@@ -87,7 +89,7 @@ def one(quality: Quality, nodes: str, formulation: str) -> Scene:
         numerics=Numerics(
             spacing=SPACING[quality],
             irregularity=0.25 if nodes == "irregular" else 0.0,
-            formulation=Galerkin() if formulation == "galerkin" else strong,
+            formulation=forms[formulation],
         ),
         output=Output(frames=45, samples=450, probes=[Probe(name="centre", shell="strip", point=(LENGTH / 2, WIDTH / 2, 0))]),
         quantities=quantities,

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -35,6 +36,8 @@ BYTES_PER_NODE = {
     ("galerkin", "triangle"): 4300,
     ("collocation", "quad"): 1900,
     ("collocation", "triangle"): 3200,
+    ("elements", "quad"): 1600,
+    ("elements", "triangle"): 2900,
 }
 BENDING_BYTES_PER_NODE = 700
 FLUID_BYTES_PER_PARTICLE = 1100
@@ -43,7 +46,14 @@ FRAME_BYTES_PER_NODE = 45  # positions in f64, everything else in f32
 CHECKPOINT_BYTES_PER_NODE = 300
 # stable step over D sqrt(rho (1 - nu^2) / E), measured like the above; a lattice moved at random by p spacings
 # takes (1 - p^2) of it
-STEP = {("galerkin", "quad"): 1.10, ("galerkin", "triangle"): 0.93, ("collocation", "quad"): 1.60, ("collocation", "triangle"): 1.60}
+STEP = {
+    ("galerkin", "quad"): 1.10,
+    ("galerkin", "triangle"): 0.93,
+    ("collocation", "quad"): 1.60,
+    ("collocation", "triangle"): 1.60,
+    ("elements", "quad"): 0.99,
+    ("elements", "triangle"): 0.83,
+}
 TURNING = 1.07  # of free directors, over D sqrt(...) sqrt(alpha + (e/D)^2)
 RELAXATION = 2000  # force evaluations to the equilibrium of one load increment, the order of magnitude
 NEWTON = 5 * 4e-4  # s a node for one load increment of Newton's method, of some thousand nodes
@@ -160,7 +170,7 @@ def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:
     return BodyPlan(
         name=shell.name,
         nodes=len(mesh.points),
-        stress_points=len(mesh.cells),
+        stress_points=_points(n.formulation, mesh),
         mass=float(mesh.node_areas.sum() * shell.thickness * m.density),
         analytic_mass=None if area is None else area * shell.thickness * m.density,
         thickness=shell.thickness,
@@ -221,6 +231,11 @@ def _turning(slenderness: float, numerics: Numerics) -> float:
     if numerics.raised_inertia and bound > 0:
         return math.inf
     return TURNING * math.sqrt(bound + max(slenderness**2, 1.0 if numerics.raised_inertia else 0.0))
+
+
+def _points(form: Any, mesh: SurfaceMesh) -> int:
+    """Stress points of a mesh in that form: one a cell, and as many as a quadrangle of finite elements has."""
+    return len(mesh.cells) + (getattr(form, "points", 1) - 1) * int((mesh.cells[:, 3] >= 0).sum())
 
 
 def _cells(mesh: SurfaceMesh) -> str:

@@ -163,8 +163,8 @@ class Scene(Frozen):
     @property
     def formulations(self) -> str:
         """In which forms its shells are computed, in words."""
-        kinds = dict.fromkeys(self.numerics_of(shell).formulation.kind for shell in self.shells)
-        return ", ".join(kinds) or self.numerics.formulation.kind
+        forms = [self.numerics_of(shell).formulation for shell in self.shells] or [self.numerics.formulation]
+        return ", ".join(dict.fromkeys(form.label for form in forms))
 
     def met(self, one: str, other: str) -> Met:
         """What holds between two bodies, by name: may they meet, with which restitution."""

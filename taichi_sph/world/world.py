@@ -179,7 +179,7 @@ class World:
 
     @property
     def stress_points(self) -> int:
-        return sum(group.cells.n for group in self.groups if hasattr(group, "cells"))
+        return sum(group.stress_points for group in self.groups if hasattr(group, "stress_points"))
 
     @property
     def bytes(self) -> int:

@@ -62,6 +62,8 @@ def laws(scene: Scene, shell: Shell) -> tuple:
     if form.kind == "collocation":
         viscous = bool(form.viscosity.alpha or form.viscosity.beta or (form.viscosity.gamma and bends))
         terms = (viscous, bool(form.edge_filter), bool(form.spin_filter), form.selective_shear)
+    if form.kind == "elements":
+        terms = (form.points,)
     every = 1 if scene.increments is not None else shell.every or 1
     return (shell.motion, history, form.kind, terms, every)
 
@@ -108,7 +110,7 @@ def build(scene: Scene, shells: Sequence[Shell], suffix: str = "", per_cell: int
     if spared is not None:
         spared = np.repeat(spared, per_cell)
     points = StressPoints(per_cell * len(mesh.cells), nodes, material, spared, np.repeat(of_cell, per_cell), f"points{suffix}")
-    return Model(tuple(bodies), mesh, nodes, Topology(mesh, nodes, f"elements{suffix}"), points, material)
+    return Model(tuple(bodies), mesh, nodes, Topology(mesh, nodes, f"cells{suffix}"), points, material)
 
 
 def by_node(bodies: Sequence[ShellBody], values: Any) -> np.ndarray:

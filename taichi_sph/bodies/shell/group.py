@@ -128,6 +128,11 @@ class ShellGroup(Rest):
         return next(body for body in self.shells if body.name == name)
 
     @property
+    def stress_points(self) -> int:
+        """How many there are."""
+        return int((runtime.get(self.points.area, self.points.n) > 0).sum())
+
+    @property
     def shell(self) -> Shell:
         """What was said of the only body."""
         (body,) = self.shells

@@ -140,7 +140,7 @@ class Joined(Pool):
 class Topology(Joined):
     """Cells of a mesh and what they join. Of a form whose cells hold several stress points each; a Cells is both."""
 
-    def __init__(self, mesh: SurfaceMesh, nodes: Nodes, name: str = "elements"):
+    def __init__(self, mesh: SurfaceMesh, nodes: Nodes, name: str = "cells"):
         super().__init__(name)
         self.n = n = len(mesh.cells)
         self.broken = self.field("broken", n, dtype="i32", doc="1: carries nothing any more", keeps=True)

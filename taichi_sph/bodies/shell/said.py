@@ -62,7 +62,25 @@ class Collocation(Frozen):
     selective_shear: StrictBool = False  # T 2.55: shear at the nodes, stabilised by a little of the cells'
 
 
-Formulation = Annotated[Galerkin | Collocation, *Choice]
+class FiniteElements(Frozen):
+    """Finite elements on the cells of the mesh: quadrangles MITC4, triangles MITC3 (docs/method.md). They yield and are damaged, and do not
+    rupture.
+
+    `points` of stress in a quadrangle: 4, or 1 with the bending and shear that it does not see held by a physical stabilisation.
+    """
+
+    body: ClassVar[str] = "shell_fe"
+    kind: Literal["elements"] = "elements"
+    points: Literal[1, 4] = 4
+    shear_bound: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.1  # alpha, as in Galerkin
+
+    @property
+    def label(self) -> str:
+        """In one word."""
+        return self.kind if self.points == 4 else "elements_1"
+
+
+Formulation = Annotated[Galerkin | Collocation | FiniteElements, *Choice]
 
 
 class Shell(Body):
@@ -125,6 +143,8 @@ class Shell(Body):
             self._in_plane(scene, where)
         numerics = scene.numerics_of(self)
         form, own = numerics.formulation, f"{where}." if self.formulation is not None else "numerics."
+        if form.kind == "elements":
+            self._of_elements(f"{own}formulation", where)
         if form.kind == "collocation" and any(pressure.body == self.name for pressure in scene.pressures):
             raise ValueError(f"pressures: {own}formulation '{form.kind}' has no surface pressure; use 'galerkin', or forces")
         if getattr(form, "selective_shear", False) and (self.material.damage or self.material.strength):
@@ -140,6 +160,16 @@ class Shell(Body):
             key = f"{where}.spacing" if self.spacing is not None else "numerics.spacing"
             why = f"is {show(surface.smallest, 'm')} wide" if surface.kind == "plate" else f"takes at most {show(surface.smallest, 'm')}"
             raise ValueError(f"{key} {show(spacing, 'm')} is larger than the body: {surface.kind} '{self.name}' {why}")
+
+    def _of_elements(self, key: str, where: str) -> None:
+        """What finite elements cannot do: they do not come apart."""
+        what = "finite elements do not rupture"
+        if self.material.critical_damage is not None:
+            raise ValueError(
+                f"{where}.material.critical_damage: {what}; leave it out, and damage grows without a crack, or set {key} to 'galerkin'"
+            )
+        if self.cuts:
+            raise ValueError(f"{where}.cuts: {what}; leave the cuts out, or set {key} to 'galerkin'")
 
     def _in_plane(self, scene: Any, where: str) -> None:
         """What a shell that stays in its plane cannot feel or meet."""
@@ -201,4 +231,7 @@ def _stays_in_plane(where: str, key: str, load: Any) -> None:
         raise ValueError(f"{where}.spin: shell '{load.body}' has motion = 'in_plane', its directors do not turn")
 
 
-KIND = Kind("shell_sph", "shells", Shell, "taichi_sph.bodies.shell_sph.group:groups", rank=0)
+KINDS = (  # which of them a shell is, its formulation says (`body`)
+    Kind("shell_sph", "shells", Shell, "taichi_sph.bodies.shell_sph.group:groups", rank=0),
+    Kind("shell_fe", "shells", Shell, "taichi_sph.bodies.shell_fe.group:groups", rank=0),
+)

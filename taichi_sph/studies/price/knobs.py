@@ -85,7 +85,13 @@ def _pools(scene: Scene) -> Iterator[list[Fluid]]:
 def _of_the_form(shells: Sequence[Shell], f: Any, key: str, whose: str) -> dict[str, Settings]:
     """Knobs of the formulation of some shells, and the other formulation where their materials allow it."""
     inside = "numerics.formulation" if key == "formulation" else key
-    found: dict[str, Settings] = {f"support {s:g}{whose}": {f"{inside}.support": s} for s in (1.0, 1.5) if s != f.support}
+    found: dict[str, Settings] = {}
+    if f.kind == "elements":
+        found[f"points {5 - f.points}{whose}"] = {f"{inside}.points": 5 - f.points}
+        if any(shell.motion == "free" for shell in shells):
+            found |= {f"shear_bound {a:g}{whose}": {f"{inside}.shear_bound": a} for a in (0.0, 0.3) if a != f.shear_bound}
+        return found
+    found |= {f"support {s:g}{whose}": {f"{inside}.support": s} for s in (1.0, 1.5) if s != f.support}
     if all(shell.material.strength is None for shell in shells):
         other = "collocation" if f.kind == "galerkin" else "galerkin"
         found[f"{other}{whose}"] = {key: other}

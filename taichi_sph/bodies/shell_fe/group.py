@@ -1,0 +1,50 @@
+"""Shells of finite elements at work."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ... import runtime
+from ...scene.schema import Scene
+from ..body import Group
+from ..shell.build import Model, alike
+from ..shell.group import ShellGroup
+from ..shell.pressure import Pressed
+from .elements import Elements
+from .pressure import CornerPressures
+
+
+def groups(scene: Scene, others: Sequence[Group] = ()) -> list[ElementShells]:
+    """The groups of the scene's shells of finite elements: one for each set of laws."""
+    return [ElementShells(scene, shells, suffix) for suffix, shells in alike(scene, "shell_fe")]
+
+
+class ElementShells(ShellGroup):
+    """Shells of elements of the same laws. They yield and are damaged; nothing breaks."""
+
+    def per_cell(self, form: Any) -> int:
+        return form.points
+
+    def form(self, model: Model) -> Elements:
+        form: Any = self.shells[0].numerics.formulation
+        return Elements(model, form.points, self.suffix)
+
+    def pressed_by(self, pressed: Sequence[Pressed]) -> CornerPressures:
+        return CornerPressures(pressed, self.internal, f"pressure{self.suffix}")
+
+    def of_cells(self) -> dict[str, np.ndarray]:
+        """Means over the points of an element, weighted by their areas."""
+        if self.points is self.cells:
+            return super().of_cells()
+        per = self.internal.per_cell
+        weight = runtime.get(self.points.area, self.points.n).astype(np.float64).reshape(-1, per)
+        weight /= weight.sum(axis=1, keepdims=True)
+        found = {}
+        for name, values in self.points.shows().items():
+            each = values.reshape(len(weight), per, -1).astype(np.float64)
+            found[name] = np.einsum("mp,mpc->mc", weight, each).reshape(len(weight), *values.shape[1:])
+        found["rupture_time"][:] = np.nan
+        return found
