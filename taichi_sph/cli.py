@@ -124,7 +124,7 @@ def validate(
         planned = gate.checked_plan(found, arch)
         gate.check_out(folder, planned.disk)
         tell_plan(found, planned, Progress())
-        for line in recorded(found, scene_hash(found)):
+        for line in recorded(found, scene_hash):
             typer.echo(f"  {line}")
     path = _find(scene)
     if path.suffix == ".py":

@@ -19,8 +19,10 @@ def cells_cut(mesh: SurfaceMesh, start: Sequence[float], end: Sequence[float]) -
     first, past = np.asarray(start, float), np.asarray(end, float)
     # the segment's own line may pass far above a curved surface: only cells close to it count
     axis = past - first
-    s = np.clip(((mesh.centres - first) @ axis) / max(float(axis @ axis), 1e-300), 0.0, 1.0)
-    near = np.flatnonzero(np.linalg.norm(mesh.centres - first - s[:, None] * axis, axis=1) < 2.0 * np.sqrt(mesh.areas))
+    about = mesh.cells_about(0.5 * (first + past), 0.5 * float(np.linalg.norm(axis)) + 2.01 * float(np.sqrt(mesh.areas.max())))
+    centres = mesh.centres[about]
+    s = np.clip(((centres - first) @ axis) / max(float(axis @ axis), 1e-300), 0.0, 1.0)
+    near = about[np.linalg.norm(centres - first - s[:, None] * axis, axis=1) < 2.0 * np.sqrt(mesh.areas[about])]
     t1, t2, centre, cells = mesh.frames[near, 0], mesh.frames[near, 1], mesh.centres[near], mesh.cells[near]
 
     def plane(x: np.ndarray) -> np.ndarray:

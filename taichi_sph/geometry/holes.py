@@ -186,7 +186,7 @@ class _Cut:
         """(N,) bool: nodes that were moved onto the rim; `out` becomes 0 there."""
         on_rim = np.abs(out) < 1e-6 * self.spacing
         out[on_rim] = 0.0
-        sides = _sides(self.cells)
+        sides = _sides(self.cells[(np.isfinite(out)[self.cells] & (self.cells >= 0)).any(axis=1)])
         crossing = np.flatnonzero(out[sides[:, 0]] * out[sides[:, 1]] < 0)
         neighbours: dict[int, list[int]] = {}
         for a, b in sides[crossing]:
@@ -214,10 +214,10 @@ class _Cut:
     def _evened(self, cells: np.ndarray, rim: np.ndarray, out: np.ndarray) -> None:
         """Even out the rim and the nodes around it, and make the rim's polygon as large as the circle."""
         n = len(self.chart)
-        sides = _sides(cells)
+        free = self.inner & (out > 0) & (out < REACH * self.spacing)
+        sides = _sides(cells[(free[cells] & (cells >= 0)).any(axis=1)])
         i, j = np.concatenate([sides[:, 0], sides[:, 1]]), np.concatenate([sides[:, 1], sides[:, 0]])
         count = np.maximum(np.bincount(i, minlength=n), 1)
-        free = self.inner & (out > 0) & (out < REACH * self.spacing)
         mine = free[i]
         i, j = i[mine], j[mine]
         size = self.hole.radius
@@ -244,18 +244,18 @@ class _Cut:
 
     def _halved(self, cells: np.ndarray, on_rim: np.ndarray) -> np.ndarray:
         """Quadrangles with an almost straight angle at a rim node, as two triangles that meet there."""
-        result = []
-        for cell in cells:
-            if cell[3] >= 0 and on_rim[cell].sum() == 3:
-                k = (int(np.argmin(on_rim[cell])) + 2) % 4  # opposite the node off the rim
-                before, after = self.arm[cell[(k - 1) % 4]] - self.arm[cell[k]], self.arm[cell[(k + 1) % 4]] - self.arm[cell[k]]
-                bent = before[0] * after[1] - before[1] * after[0]  # negative where the corner is convex
-                if bent > 0 or before @ after < BLUNT * np.linalg.norm(before) * np.linalg.norm(after):
-                    c = np.roll(cell, -k)
-                    result += [[c[0], c[1], c[2], -1], [c[0], c[2], c[3], -1]]
-                    continue
-            result.append(list(cell))
-        return np.asarray(result, dtype=cells.dtype)
+        result: list[np.ndarray] = []
+        done = 0
+        for row in map(int, np.flatnonzero((cells[:, 3] >= 0) & (on_rim[cells].sum(axis=1) == 3))):
+            cell = cells[row]
+            k = (int(np.argmin(on_rim[cell])) + 2) % 4  # opposite the node off the rim
+            before, after = self.arm[cell[(k - 1) % 4]] - self.arm[cell[k]], self.arm[cell[(k + 1) % 4]] - self.arm[cell[k]]
+            bent = before[0] * after[1] - before[1] * after[0]  # negative where the corner is convex
+            if bent > 0 or before @ after < BLUNT * np.linalg.norm(before) * np.linalg.norm(after):
+                c = np.roll(cell, -k)
+                result += [cells[done:row], np.array([[c[0], c[1], c[2], -1], [c[0], c[2], c[3], -1]], dtype=cells.dtype)]
+                done = row + 1
+        return np.concatenate([*result, cells[done:]])
 
     def _look(self, cells: np.ndarray) -> None:
         """SceneError where a cell at the hole is folded."""

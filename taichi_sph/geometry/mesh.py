@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -60,6 +61,17 @@ class SurfaceMesh:
         """(M, 3) mean of the corners: where the stress point stands."""
         p = self.points[np.where(self.cells < 0, 0, self.cells)]
         return np.where((self.cells < 0)[:, :, None], 0.0, p).sum(axis=1) / self.corners[:, None]
+
+    def cells_about(self, point: np.ndarray, reach: float) -> np.ndarray:
+        """Numbers of the cells whose centre is within reach [m] of a point, in their order."""
+        return np.array(sorted(self._tree.query_ball_point(point, reach)), dtype=int)
+
+    @cached_property
+    def _tree(self) -> Any:
+        """Of the centres, in space."""
+        from scipy.spatial import cKDTree
+
+        return cKDTree(self.centres)
 
     @cached_property
     def frames(self) -> np.ndarray:

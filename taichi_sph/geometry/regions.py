@@ -7,9 +7,15 @@ import numpy as np
 from ..scene.regions import Ball, Box, Outside, Region
 
 
-def inside(region: Region, points: np.ndarray) -> np.ndarray:
-    """(N, 3) reference positions [m] -> (N,) bool. Rounding does not decide: the border is 1e-9 sizes thick."""
-    slack = 1e-9 * float(np.ptp(points, axis=0).max(initial=0.0))
+def extent(points: np.ndarray) -> float:
+    """Largest width [m] of points along an axis."""
+    return float(np.ptp(points, axis=0).max(initial=0.0))
+
+
+def inside(region: Region, points: np.ndarray, size: float | None = None) -> np.ndarray:
+    """(N, 3) reference positions [m] -> (N,) bool. Rounding does not decide: the border is 1e-9 sizes thick. size: their `extent`, where
+    it is known."""
+    slack = 1e-9 * (extent(points) if size is None else size)
     return ~_inside(region.of, points, -slack) if isinstance(region, Outside) else _inside(region, points, slack)
 
 

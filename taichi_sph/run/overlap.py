@@ -14,6 +14,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..bodies.fluid.fill import CONTACT, Filling
+from ..couplings.contact.said import meeting
 from ..errors import SceneError
 from ..geometry.cuts import cells_cut
 from ..geometry.mesh import SurfaceMesh
@@ -83,9 +84,10 @@ def check_overlaps(scene: Scene, meshes: Mapping[str, SurfaceMesh], fillings: Ma
         share = BEHIND if thin[name] else CONTACT["pinballs"] if sound else CONTACT[None]
         return Balls(filling.points, np.full(len(filling.points), share * filling.spacing))
 
-    for a, b in scene.pairs():
-        if a == b:
-            continue
+    boxes = {name: _box(ball.centres, ball.radii.max()) for name, ball in balls.items()}
+    boxes |= {name: _box(at.centres, at.radii.max() + at.half) for name, at in shells.items()}
+    boxes |= {name: _box(filling.points, filling.spacing) for name, filling in fillings.items()}
+    for a, b in _beside(scene, boxes):
         if a in shells and b in shells:
             _shells(a, shells[a], b, shells[b], ROUNDING * skin)
         elif a in fillings and b in fillings:
@@ -99,6 +101,22 @@ def check_overlaps(scene: Scene, meshes: Mapping[str, SurfaceMesh], fillings: Ma
             _tell(scene, a, b, _in_balls(wet(a, False), balls[b]), (0.5 + ROUNDING) * skin)
         elif a in balls and b in balls:
             _tell(scene, a, b, _in_balls(balls[a], balls[b]), ROUNDING * skin)
+
+
+def _box(points: np.ndarray, reach: float) -> np.ndarray:
+    """(2, 3) corners of the box about points with `reach` [m] around."""
+    return np.array([points.min(axis=0) - reach, points.max(axis=0) + reach])
+
+
+def _beside(scene: Scene, boxes: Mapping[str, np.ndarray]) -> list[tuple[str, str]]:
+    """Pairs of different bodies that may meet and whose boxes touch, in the order of the scene: the others need no look."""
+    names = [body.name for body in scene.bodies if body.name in boxes]
+    corners, meets, found = np.array([boxes[name] for name in names]), meeting(scene), []
+    for k, name in enumerate(names[:-1]):
+        low, high = corners[k]
+        after = np.flatnonzero(((corners[k + 1 :, 0] <= high) & (corners[k + 1 :, 1] >= low)).all(axis=1)) + k + 1
+        found += [(name, names[m]) for m in after if meets(name, names[m])]
+    return found
 
 
 def _tell(scene: Scene, one: str, other: str, depth: float, allowed: float) -> None:

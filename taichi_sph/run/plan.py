@@ -18,7 +18,7 @@ from ..errors import SceneError
 from ..geometry.cuts import cells_cut
 from ..geometry.mesh import SurfaceMesh
 from ..geometry.normals import report
-from ..geometry.regions import inside
+from ..geometry.regions import extent, inside
 from ..geometry.surfaces import mesh_of
 from ..output import files
 from ..scene import Body, Numerics, Scene, Shell
@@ -253,10 +253,11 @@ def _by_newton(scene: Scene, nodes: int) -> bool:
 
 def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
     held: dict[str, list[tuple[int, np.ndarray]]] = {}
+    sizes = {name: (extent(mesh.points), extent(mesh.centres)) for name, mesh in meshes.items()}
     for key in ("forces", "moments", "motions", "initial"):
         for number, load in enumerate(getattr(scene, key)):
             points = meshes[load.body].points
-            caught = inside(load.where, points)
+            caught = inside(load.where, points, sizes[load.body][0])
             if not caught.any():
                 low, high = points.min(axis=0), points.max(axis=0)
                 reach = ", ".join(f"{a} {show(lo, 'm')} to {show(hi, 'm')}" for a, lo, hi in zip("xyz", low, high))
@@ -268,26 +269,30 @@ def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
                 held.setdefault(load.body, []).append((number, caught))
     for number, pressure in enumerate(scene.pressures):
         mesh = meshes[pressure.body]
-        if pressure.where is not None and not inside(pressure.where, mesh.centres).any():
+        if pressure.where is not None and not inside(pressure.where, mesh.centres, sizes[pressure.body][1]).any():
             raise SceneError(
                 f"pressures[{number}].where catches no cell of shell '{pressure.body}', whose nodes are {show(mesh.spacing, 'm')} apart"
             )
     for index, shell in enumerate(scene.shells):
         for number, region in enumerate(shell.sound):
-            if not inside(region, meshes[shell.name].centres).any():
+            if not inside(region, meshes[shell.name].centres, sizes[shell.name][1]).any():
                 raise SceneError(
                     f"shells[{index}].sound[{number}] catches no stress point of shell '{shell.name}', whose nodes are "
                     f"{show(meshes[shell.name].spacing, 'm')} apart"
                 )
     for name, regions in held.items():
-        for i, (one, first) in enumerate(regions):
-            for two, second in regions[i + 1 :]:
-                shared = int((first & second).sum())
-                if shared:
-                    raise SceneError(
-                        f"motions[{one}] and motions[{two}] both hold {shared} nodes of shell '{name}': a node can follow "
-                        "one motion, so let the regions not overlap"
-                    )
+        holder = np.full(len(meshes[name].points), -1)  # the first region that holds a node
+        clashes = []
+        for place, (_, caught) in enumerate(regions):
+            before = holder[caught]
+            clashes += [(int(before[before >= 0].min()), place)] if (before >= 0).any() else []
+            holder[caught & (holder < 0)] = place
+        if clashes:
+            i, j = min(clashes)
+            raise SceneError(
+                f"motions[{regions[i][0]}] and motions[{regions[j][0]}] both hold {int((regions[i][1] & regions[j][1]).sum())} nodes of "
+                f"shell '{name}': a node can follow one motion, so let the regions not overlap"
+            )
 
 
 def _check_modes(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:

@@ -11,6 +11,7 @@ What a kind of body or coupling says, and what it checks against the rest of a s
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import combinations_with_replacement
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, SerializeAsAny, StrictBool, StrictInt, ValidationError, model_validator
@@ -20,7 +21,7 @@ from .. import couplings as coupling_folder
 from ..bodies.fluid.said import Fluid, Wall
 from ..bodies.rigid.said import Rigid
 from ..bodies.shell.said import Shell
-from ..couplings.contact.said import Meeting, Met, met
+from ..couplings.contact.said import Meeting, Met, meeting, met
 from ..couplings.springs.said import Spring
 from ..errors import nearest
 from . import plausible
@@ -172,8 +173,8 @@ class Scene(Frozen):
 
     def pairs(self) -> list[tuple[str, str]]:
         """Names of the bodies that may meet, a body with itself where it has self-contact."""
-        names = [body.name for body in self.bodies]
-        return [(a, b) for k, a in enumerate(names) for b in names[k:] if self.met(a, b).meet]
+        meets = meeting(self)
+        return [(a, b) for a, b in combinations_with_replacement([body.name for body in self.bodies], 2) if meets(a, b)]
 
     @property
     def increments(self) -> int | None:

@@ -103,7 +103,11 @@ def _sensible(value: float, unit: Unit) -> float:
 
 
 def _validator(unit: Unit) -> BeforeValidator:
+    bounded = unit.symbol == "m/s"
+
     def convert(value: Any) -> float:
+        if type(value) is float and not bounded:  # nearly all, and a scene may have a million of them
+            return value
         if isinstance(value, str):
             return _sensible(to_si(value, unit), unit)
         if isinstance(value, numbers.Real) and not isinstance(value, bool):

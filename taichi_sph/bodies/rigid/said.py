@@ -106,12 +106,12 @@ class Rigid(Body):
         """(3, 3) inertia about the centre of mass at t = 0 [kg m2]."""
         if self.inertia is not None:
             return np.diag(self.inertia).astype(float)
-        total, centre = np.zeros((3, 3)), self.centre
-        for share, ball in zip(self.shares, self.pinballs):
-            m, r = share * self.mass, np.array(ball.centre) - centre
-            with np.errstate(over="ignore", invalid="ignore"):  # of balls beyond all measure
-                total += m * ((0.4 * ball.radius**2 + r @ r) * np.eye(3) - np.outer(r, r))
-        return total
+        m, r = self.shares * self.mass, np.array([p.centre for p in self.pinballs]) - self.centre
+        size = np.array([p.radius for p in self.pinballs])
+        with np.errstate(over="ignore", invalid="ignore"):  # of balls beyond all measure
+            far = (r[:, None, :] @ r[:, :, None])[:, 0, 0]
+            each = m[:, None, None] * ((0.4 * size**2 + far)[:, None, None] * np.eye(3) - r[:, :, None] * r[:, None, :])
+            return np.cumsum(each, axis=0)[-1]  # one after the other: no other order of so many gives these bits
 
     def check(self, scene: Any) -> None:
         """Against the rest of the scene."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated, Any, NamedTuple
 
 from pydantic import Field, StrictBool, field_validator
@@ -60,7 +61,7 @@ class Meeting(Frozen):
         if one is other:
             raise ValueError(f"{where}.between: '{one.name}' twice; a shell meets itself by its own self_contact")
         for before in scene.before(self):
-            if set(before.between) == set(self.between):
+            if before.between in (self.between, self.between[::-1]):
                 raise ValueError(f"{where}: '{one.name}' and '{other.name}' have a meeting already; a pair has one")
         if self.meet and not (one.meets and other.meets):
             flat = other if one.meets else one
@@ -79,6 +80,20 @@ def met(scene: Any, one: str, other: str) -> Met:
     if said is None:
         return Met(possible, None, None)
     return Met(said.meet and possible, said.restitution, said.meet)
+
+
+def meeting(scene: Any) -> Callable[[str, str], bool]:
+    """Whether two bodies of a scene may meet, by name: `met` for scenes of thousands of them."""
+    itself = {body.name: bool(getattr(body, "self_contact", False)) for body in scene.bodies}
+    able = {body.name for body in scene.bodies if body.meets}
+    apart = {frozenset(m.between) for m in scene.meetings if not m.meet}
+
+    def meets(one: str, other: str) -> bool:
+        if one == other:
+            return itself[one]
+        return one in able and other in able and not (apart and frozenset((one, other)) in apart)
+
+    return meets
 
 
 KIND = Kind("meeting", "meetings", Meeting, "taichi_sph.couplings.contact.coupling:couplings", rank=8)  # sees all other forces

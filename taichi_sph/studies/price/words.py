@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -100,7 +100,7 @@ def _other(p: Mapping[str, Any], counts: Sequence[str]) -> str:
     return ", ".join(f"{name} {value:g}" for name, value in values.items() if value is not None) or "a number is missing"
 
 
-def recorded(scene: Scene | Study, scene_hash: str) -> list[str]:
+def recorded(scene: Scene | Study, hashed: Callable[[Scene], str]) -> list[str]:
     """What `validate` says of the price of a scene: its measured error and cost, and the points that the rule chooses."""
     path = FOLDER / f"{scene.name}.json"
     if isinstance(scene, Study) or not scene.quantities:
@@ -108,7 +108,7 @@ def recorded(scene: Scene | Study, scene_hash: str) -> list[str]:
     if not path.is_file():
         return [f"measured: not yet; taichi-sph price {scene.name} tells what accuracy costs"]
     record = json.loads(path.read_text(encoding="utf-8"))
-    points = {p["name"]: p for p in record["points"]}
+    points, scene_hash = {p["name"]: p for p in record["points"]}, hashed(scene)
     same = [p for p in points.values() if p["scene_hash"] == scene_hash and p["status"] == "done"]
     said = [] if same else [f"measured: not with these settings; {path} holds {len(points)} others"]
     for p in same[:1]:
