@@ -108,6 +108,7 @@ def validate(
     """Check a whole scene and print what a run would take; nothing is computed or written."""
     from .output.record import scene_hash
     from .run import gate
+    from .run.plan import LARGE
     from .run.progress import Progress
     from .run.tell import tell_plan
     from .studies.price.words import recorded
@@ -117,11 +118,11 @@ def validate(
     if isinstance(found, Study):
         from .studies import study
 
-        plans = study.plan_study(found, arch)
+        plans = study.plan_study(found, arch, LARGE)
         gate.check_out(folder, sum(p.disk for p in plans.values()), "study.json")
         study.tell_study(found, plans, Progress())
     else:
-        planned = gate.checked_plan(found, arch)
+        planned = gate.checked_plan(found, arch, LARGE)
         gate.check_out(folder, planned.disk)
         tell_plan(found, planned, Progress())
         for line in recorded(found, scene_hash):

@@ -17,12 +17,14 @@ FAR = 1e9  # spacings from the origin: a seventh digit of the spacing is left th
 LEAST_BYTES = {"shell": 1400, "fluid": 800}  # of memory that a node or a particle needs at least (plan.py has the true ones)
 
 
-def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceMesh] | None = None) -> None:
-    """Refuses (SceneError) what has too many nodes, particles or steps, or no room in `available` bytes of memory.
+def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceMesh] | None = None) -> dict[str, int]:
+    """Nodes and particles of each shell and fluid, by name. Refuses (SceneError) too many of them, or of steps, or what has no room in
+    `available` bytes of memory.
 
     Without `meshes` nothing is read and shells from files are not counted; with them, fluids inside of those are.
     """
     sizes = [(0, 0, "", 0.0)]  # bytes, count, key and spacing of each body
+    counts: dict[str, int] = {}
     for index, shell in enumerate(scene.shells):
         if not isinstance(shell.surface, Given):
             numerics = scene.numerics_of(shell)
@@ -31,6 +33,7 @@ def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceM
             _few(nodes, f"{key} {show(numerics.spacing, 'm')} gives shell '{shell.name}' {nodes:.2g} nodes")
             _near(f"{scene.key_of(shell)}.surface.origin", shell.surface.origin, numerics.spacing)
             sizes.append((nodes * LEAST_BYTES["shell"], nodes, key, numerics.spacing))
+            counts[shell.name] = nodes
     by_name = {shell.name: shell for shell in scene.shells}
     for index, fluid in enumerate(scene.fluids):
         filled = by_name.get(getattr(fluid.fill, "shell", ""))
@@ -47,6 +50,7 @@ def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceM
         if isinstance(fluid.fill, FluidBox):
             _near(f"fluids[{index}].fill.lo", fluid.fill.lo, spacing)
         sizes.append((found * LEAST_BYTES["fluid"], found, key, spacing))
+        counts[fluid.name] = found
         steps = scene.duration * fluid.water.sound / (0.6 * spacing)
         if steps > MAX_STEPS * (fluid.every or 1):
             raise SceneError(
@@ -60,6 +64,7 @@ def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceM
             f"{key} {show(spacing, 'm')} gives {sum(size[1] for size in sizes):.3g} nodes and particles, which need at least "
             f"{bytes_text(memory)} of memory; this machine has {bytes_text(available)}"
         )
+    return counts
 
 
 def _near(key: str, point: tuple[float, float, float], spacing: float) -> None:

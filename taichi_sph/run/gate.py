@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 from pathlib import Path
@@ -22,12 +23,12 @@ def default_out(scene: Scene | Study) -> Path:
     return Path("runs") / f"{scene.name}-{scene.quality}"
 
 
-def checked_plan(scene: Scene, arch: str) -> Plan:
-    """The plan, refused where this machine cannot hold the run."""
+def checked_plan(scene: Scene, arch: str, large: float = math.inf) -> Plan:
+    """The plan, refused where this machine cannot hold the run; large: as in `plan`."""
     from ..output.measures import check_quantities
 
     check_quantities(scene)
-    p = plan(scene, speed.recall(scene, arch))
+    p = plan(scene, speed.recall(scene, arch), large)
     available = files.memory()
     if available is not None and p.memory > available:
         raise SceneError(

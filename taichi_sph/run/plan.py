@@ -24,7 +24,7 @@ from ..output import files
 from ..scene import Body, Numerics, Scene, Shell
 from ..scene.instead import LARGEST
 from ..scene.plausible import MAX_STEPS
-from ..scene.surfaces import Given, Plate
+from ..scene.surfaces import BoxTank, Given, Plate, Roof
 from ..scene.units import show
 from .counts import check_counts
 from .openings import too_narrow
@@ -55,6 +55,8 @@ STEP = {
     ("elements", "triangle"): 0.83,
 }
 TURNING = 1.07  # of free directors, over D sqrt(...) sqrt(alpha + (e/D)^2)
+ROUND, AT_HOLES = 0.78, 0.5  # finest spacing over D, of round ends and spheres, beside holes
+LARGE = 200_000  # nodes and particles from which on `validate` makes none of them
 RELAXATION = 2000  # force evaluations to the equilibrium of one load increment, the order of magnitude
 NEWTON = 5 * 4e-4  # s a node for one load increment of Newton's method, of some thousand nodes
 
@@ -88,7 +90,8 @@ class Made:
 
 @dataclass(frozen=True)
 class Plan:
-    """The whole run: dt [s] and what follows are estimates, `memory` and `disk` in bytes."""
+    """The whole run: dt [s] and what follows are estimates, `memory` and `disk` in bytes. counted: so are the numbers of nodes, and nothing
+    was made."""
 
     bodies: tuple[BodyPlan, ...]
     dt: float
@@ -97,6 +100,7 @@ class Plan:
     disk: int
     seconds: float
     made: Made = field(compare=False, repr=False)
+    counted: bool = False
 
     @property
     def nodes(self) -> int:
@@ -110,10 +114,16 @@ def make(scene: Scene, memory_there: int | None = None) -> Made:
     return Made(meshes, {f.name: fill_fluid(f, scene, meshes) for f in scene.fluids})
 
 
-def plan(scene: Scene, node_steps_per_second: float = 1e6) -> Plan:
-    """Checks the scene against its meshes (SceneError) and estimates the run."""
+def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.inf) -> Plan:
+    """Checks the scene against its meshes (SceneError) and estimates the run. large: nodes and particles beyond which it makes none and
+    judges by their counts alone."""
     memory_there = files.memory()
-    check_counts(scene, memory_there)  # before anything is made
+    counts = check_counts(scene, memory_there)  # before anything is made
+    if sum(counts.values()) > large and not any(isinstance(shell.surface, Given) for shell in scene.shells):
+        bodies = tuple(_counted_shell(shell, counts[shell.name], scene) for shell in scene.shells)
+        bodies += tuple(_rigid(body) for body in scene.rigids)
+        bodies += tuple(_counted_fluid(fluid, counts[fluid.name], scene) for fluid in scene.fluids)
+        return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second)
     made = make(scene, memory_there)
     _check_regions(scene, made.meshes)
     _check_cuts(scene, made.meshes)
@@ -123,7 +133,11 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6) -> Plan:
     bodies = tuple(_body(shell, made.meshes[shell.name], scene) for shell in scene.shells)
     bodies += tuple(_rigid(body) for body in scene.rigids)
     bodies += tuple(_fluid(fluid, made.fillings[fluid.name], scene) for fluid in scene.fluids)
-    bodies += tuple(_other(body) for body in scene.others)
+    return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second, made)
+
+
+def _estimated(scene: Scene, bodies: tuple[BodyPlan, ...], node_steps_per_second: float, made: Made | None = None) -> Plan:
+    """Steps, memory, disk and seconds of bodies that are planned; SceneError for too many steps."""
     nodes = sum(body.nodes for body in bodies)
     dt = min(body.dt / body.every for body in bodies)  # of the clock
     dt = dt if math.isfinite(dt) else scene.duration / 100  # what follows any other body, alone
@@ -150,18 +164,46 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6) -> Plan:
         memory=round(sum(body.memory for body in bodies) * (SINGLE if scene.numerics.precision == "f32" else 1.0)),
         disk=round(nodes * per_node + out.samples * 200 + 1e6),
         seconds=seconds,
-        made=made,
+        made=made or Made({}, {}),
+        counted=made is None,
     )
 
 
 def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:
     ends = mesh.points[mesh.edges.nodes]
     edge = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    finest = mesh.spacing if isinstance(shell.surface, Plate) else float(mesh.node_spacing.min())
+    mass = float(mesh.node_areas.sum() * shell.thickness * shell.material.density)
+    between = float(edge.min()), float(edge.max())
+    return _shell(shell, scene, (len(mesh.points), _points(scene.numerics_of(shell).formulation, mesh)), _cells(mesh), mass, finest, between, report(mesh))
+
+
+def _counted_shell(shell: Shell, nodes: int, scene: Scene) -> BodyPlan:
+    """By the count of its nodes and its own area."""
+    assert not isinstance(shell.surface, Given)
+    n = scene.numerics_of(shell)
+    kind = "triangle" if n.cells == "triangle" else "quad"
+    mass = shell.surface.area * shell.thickness * shell.material.density
+    round_end = not isinstance(shell.surface, Plate | Roof | BoxTank) and getattr(shell.surface, "ends", "discs") == "discs"
+    finest = n.spacing * (AT_HOLES if shell.surface.holes else ROUND if round_end else 1.0)
+    return _shell(shell, scene, (nodes, nodes * (2 if kind == "triangle" else 1)), kind, mass, finest, (finest, n.spacing), "counted")
+
+
+def _shell(
+    shell: Shell,
+    scene: Scene,
+    size: tuple[int, int],
+    kind: str,
+    mass: float,
+    finest: float,
+    between: tuple[float, float],
+    note: str,
+) -> BodyPlan:
+    """size: nodes and cells; kind of most cells; mass [kg]; finest spacing and least and largest edge [m]."""
     m = shell.material
     n = scene.numerics_of(shell)
     generated = not isinstance(shell.surface, Given)
-    finest = mesh.spacing if isinstance(shell.surface, Plate) else float(mesh.node_spacing.min())
-    factor = STEP[n.formulation.kind, _cells(mesh)]
+    factor = STEP[n.formulation.kind, kind]
     if shell.motion == "free":
         factor = (factor**-6 + _turning(shell.thickness / finest, n) ** -6) ** (-1 / 6)
     factor *= 1 - n.irregularity**2 if generated else 1.0
@@ -169,17 +211,16 @@ def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:
     area = None if isinstance(shell.surface, Given) else shell.surface.area
     return BodyPlan(
         name=shell.name,
-        nodes=len(mesh.points),
-        stress_points=_points(n.formulation, mesh),
-        mass=float(mesh.node_areas.sum() * shell.thickness * m.density),
+        nodes=size[0],
+        stress_points=size[1],
+        mass=mass,
         analytic_mass=None if area is None else area * shell.thickness * m.density,
         thickness=shell.thickness,
-        spacing_min=float(edge.min()),
-        spacing_max=float(edge.max()),
+        spacing_min=between[0],
+        spacing_max=between[1],
         dt=dt,
-        note=report(mesh),
-        memory=len(mesh.points)
-        * (BYTES_PER_NODE[n.formulation.kind, _cells(mesh)] + (BENDING_BYTES_PER_NODE if shell.motion == "free" else 0)),
+        note=note,
+        memory=size[0] * (BYTES_PER_NODE[n.formulation.kind, kind] + (BENDING_BYTES_PER_NODE if shell.motion == "free" else 0)),
         every=shell.every or 1,
     )
 
@@ -203,18 +244,30 @@ def _rigid(body: Rigid) -> BodyPlan:
 
 def _fluid(fluid: Fluid, filling: Filling, scene: Scene) -> BodyPlan:
     """Its particles, and the step of sound through them."""
+    n, note = len(filling.points), "; ".join([filling.sentence, *too_narrow(scene, fluid.name)])
+    return _of_particles(fluid, scene, n, filling.mass * n, fluid.water.density * filling.volume, filling.spacing, note)
+
+
+def _counted_fluid(fluid: Fluid, n: int, scene: Scene) -> BodyPlan:
+    """By the count of its particles."""
+    d = scene.numerics_of(fluid).spacing
+    return _of_particles(fluid, scene, n, fluid.water.density * n * d**3, None, d, "counted")
+
+
+def _of_particles(fluid: Fluid, scene: Scene, n: int, mass: float, analytic: float | None, spacing: float, note: str) -> BodyPlan:
+    """A fluid of n particles; masses [kg], spacing [m]."""
     return BodyPlan(
         name=fluid.name,
-        nodes=len(filling.points),
+        nodes=n,
         stress_points=0,
-        mass=filling.mass * len(filling.points),
-        analytic_mass=fluid.water.density * filling.volume,
-        thickness=filling.spacing,
-        spacing_min=filling.spacing,
-        spacing_max=filling.spacing,
-        dt=scene.numerics.time_step_safety * 0.6 * filling.spacing / fluid.water.sound,
-        note="; ".join([filling.sentence, *too_narrow(scene, fluid.name)]),
-        memory=FLUID_BYTES_PER_PARTICLE * len(filling.points),
+        mass=mass,
+        analytic_mass=analytic,
+        thickness=spacing,
+        spacing_min=spacing,
+        spacing_max=spacing,
+        dt=scene.numerics.time_step_safety * 0.6 * spacing / fluid.water.sound,
+        note=note,
+        memory=FLUID_BYTES_PER_PARTICLE * n,
         every=fluid.every or 1,
     )
 

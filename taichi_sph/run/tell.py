@@ -24,6 +24,8 @@ def tell_plan(scene: Scene, p: Plan, progress: Progress) -> None:
         )
         if body.note:
             progress.say(f"  {body.name}: {body.note}")
+    if p.counted:
+        progress.say(f"  {p.nodes} nodes and particles are many: they are counted, not made; a run looks at regions, cuts and overlaps")
     n = scene.numerics
     progress.say(f"  {scene.formulations}, {n.precision}, duration {show(scene.duration, 's')}")
     memory = f"{bytes_text(p.memory)} ({bytes_text(p.memory / max(p.nodes, 1))} per node)"

@@ -5,6 +5,7 @@ What is finished is kept, so a study that was interrupted, or in which a case fa
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -116,9 +117,9 @@ def _run_cases(
     return out
 
 
-def plan_study(study: Study, arch: str) -> dict[str, Plan]:
-    """The plan of each case, refused where this machine cannot hold one."""
-    return {case: checked_plan(scene, arch) for case, scene in study.cases.items()}
+def plan_study(study: Study, arch: str, large: float = math.inf) -> dict[str, Plan]:
+    """The plan of each case, refused where this machine cannot hold one; large: as in `plan`."""
+    return {case: checked_plan(scene, arch, large) for case, scene in study.cases.items()}
 
 
 def tell_study(study: Study, plans: dict[str, Plan], progress: Progress) -> None:
