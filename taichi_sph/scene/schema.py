@@ -10,6 +10,7 @@ What a kind of body or coupling says, and what it checks against the rest of a s
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from itertools import combinations_with_replacement
 from typing import Annotated, Any, Literal
@@ -170,6 +171,15 @@ class Scene(Frozen):
     def met(self, one: str, other: str) -> Met:
         """What holds between two bodies, by name: may they meet, with which restitution."""
         return met(self, one, other)
+
+    def thrown(self) -> tuple[str, float]:
+        """The body that starts fastest, in words, and its speed [m/s]."""
+        speeds = {body.name: math.hypot(*getattr(body, "velocity", (0.0,))) for body in self.bodies}
+        for start in self.initial:
+            own = math.hypot(*(start.velocity or (0.0,))) + (abs(start.radial.speed) if start.radial is not None else 0.0)
+            speeds[start.body or ""] = max(own, speeds.get(start.body or "", 0.0))
+        name = max(speeds, key=speeds.__getitem__)
+        return f"{self.body(name).what} '{name}'", speeds[name]
 
     def pairs(self) -> list[tuple[str, str]]:
         """Names of the bodies that may meet, a body with itself where it has self-contact."""

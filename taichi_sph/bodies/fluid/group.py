@@ -131,10 +131,24 @@ class FluidGroup(Rest):
         sound = fluid.fluids[of].water.sound
         if speed <= FASTEST * sound:
             return
-        raise RunStopped(
+        what = (
             f"fluid '{self.bodies[of].name}': particle {number - self.bodies[of].first} {moves} at t = {now.time:.6g} s,"
-            f" beyond {FASTEST:g} times the sound speed {sound:g} m/s; the impact is likely too violent for this law of"
-            " state, or sound was slowed too far: raise water.sound or alpha, or lower numerics.time_step_safety"
+            f" beyond {FASTEST:g} times the sound speed {sound:g} m/s"
+        )
+        thrown, start = self.scene.thrown()
+        if start > FASTEST * sound:
+            raise RunStopped(
+                f"{what}: {thrown} starts at {start:.4g} m/s, too fast for this law of state; raise water.sound or lower the speed"
+            )
+        pull = float(np.linalg.norm(fluid.gravity))
+        fall = np.sqrt(2.0 * pull * float(np.ptp(fluid.points, axis=0).max()))
+        if fall > FASTEST * sound:
+            raise RunStopped(
+                f"{what}: a fall through its own size under gravity, {pull:.4g} m/s2, gives {fall:.4g} m/s; raise water.sound or lower it"
+            )
+        raise RunStopped(
+            f"{what}; the impact is likely too violent for this law of state, or sound was slowed too far: raise water.sound or alpha, or"
+            " lower numerics.time_step_safety"
         )
 
     def frames(self) -> list[BodyFrame]:

@@ -47,6 +47,9 @@ if TYPE_CHECKING:
     from .instead.freedom import Stiffness
 
 
+FASTEST = 0.3  # speed of a body at the start over that of sound in a shell: beyond, what it does to an elastic shell is its doing
+
+
 class ShellGroup(Rest):
     """Shells of the same laws. shells: the bodies; mesh: theirs as one; nodes, cells, points, material: the pools (points: the stress
     points, which are the cells where each has one); internal, pressures, loads: what acts; sound (B,): the speed of sound in each body
@@ -234,6 +237,13 @@ class ShellGroup(Rest):
                     raise RunStopped(
                         f"shell '{body.name}': node {i} {moves} at t = {now.time:.6g} s, while no other node is fast: a force, a load or a"
                         " place became no number there; look at the last frame before it"
+                    )
+                thrown, start = self.scene.thrown()
+                if start > FASTEST * sound:
+                    raise RunStopped(
+                        f"shell '{body.name}': node {i} {moves} at t = {now.time:.6g} s: {thrown} starts at {start:.4g} m/s,"
+                        f" {start / sound:.2g} of the speed of sound in the shell ({sound:.4g} m/s); a blow of that speed makes strains as"
+                        " large, for which no law here is meant: lower the speed"
                     )
                 raise RunStopped(
                     f"shell '{body.name}': node {i} {moves} at t = {now.time:.6g} s,"
