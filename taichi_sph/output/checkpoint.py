@@ -192,7 +192,7 @@ def _read(file: BufferedReader, size: int, path: Path, scene_hash: str | None, r
     header = json.loads(line)
     if header["schema"] != SCHEMA:
         raise refuse(f"has schema version {_short(header['schema'])}, this package reads version {SCHEMA}")
-    kinds = [(str(name), np.dtype(str(dtype)), tuple(map(_whole, shape))) for name, dtype, shape in header["arrays"]]
+    kinds = [(str(name), _kind(dtype), tuple(map(_whole, shape))) for name, dtype, shape in header["arrays"]]
     for name, kind, shape in kinds:
         if kind.kind not in "fiub":
             raise refuse(f"holds an array of unknown type '{kind}'")
@@ -228,6 +228,13 @@ def _read(file: BufferedReader, size: int, path: Path, scene_hash: str | None, r
     if scene_hash is not None and header["scene_hash"] != scene_hash:
         raise refuse("belongs to another scene: resume with the scene that wrote it")
     return Checkpoint(path, time, step, dt, state, dict(header["extra"]))
+
+
+def _kind(text: object) -> np.dtype:
+    """The type of an array. NumPy reads more than names of types as one: what is in brackets it takes for Python."""
+    if not re.fullmatch(r"[<>|=]?[a-zA-Z]\d{0,4}", str(text)):
+        raise TypeError
+    return np.dtype(str(text))
 
 
 def _whole(value: object) -> int:

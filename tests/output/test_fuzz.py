@@ -18,9 +18,14 @@ import pytest
 from taichi_sph.errors import SceneError
 from taichi_sph.frame import BodyFrame, Frame
 from taichi_sph.output import checkpoint
+from taichi_sph.output.answer import answer
 from taichi_sph.output.files import read_json, write_json
+from taichi_sph.output.folder import RunFolder
 from taichi_sph.output.frames import FramesFile, FramesWriter
 from taichi_sph.output.histories import HistoryWriter, read_history, truncate, write_history
+from taichi_sph.output.summary import measured
+
+from .synthetic import plate_scene, write_run
 
 FEW, MANY = 200, 10_000
 Damage = Callable[[bytes, np.random.Generator, list[bytes]], bytes]
@@ -219,7 +224,47 @@ def jsons(folder: Path, cases: range) -> Counter:
     return count(cases, path.write_bytes, [valid], [*OTHERS, valid, b"[" * 100_000], lambda changed: read_json(path) == json.loads(changed))
 
 
-KINDS = {"checkpoints": checkpoints, "frames": frames, "histories": histories, "jsons": jsons}
+def folders(folder: Path, cases: range) -> Counter:
+    """A run folder of which one file is damaged, lost, or in the place of another: scene, record, summary, frames and histories are read,
+    the crack is measured and the answer put in words. What frames hold of the body is what was written."""
+    run = folder / "run"
+    write_run(run, 2, plate_scene(**{"numerics.spacing": 2e-3}), spacing=2e-3)
+    paths = sorted(path for path in run.rglob("*") if path.is_file() and ".lock" not in path.name)
+    whole = {path: path.read_bytes() for path in paths}
+    with RunFolder(run) as before:
+        shown = list(before.frames("plate"))
+        tips = measured(before, before.scene)
+    outcomes: Counter = Counter()
+    others = [*OTHERS, *whole.values()]
+    for path in paths:
+        mine = range(cases.start + paths.index(path), cases.stop, len(paths))
+
+        def write(changed: bytes, path: Path = path) -> None:
+            for one, content in whole.items():
+                one.unlink(missing_ok=True)
+                one.write_bytes(content)
+            if changed == b"":  # lost
+                path.unlink()
+            else:
+                path.write_bytes(changed)
+
+        def read(changed: bytes, path: Path = path) -> bool:
+            with RunFolder(run) as found:
+                scene = found.scene
+                found.summary, found.record if (run / "record.json").exists() else None
+                for name in sorted(p.stem for p in (run / "histories").glob("*.csv")):
+                    found.history(name)
+                read_back = list(found.frames("plate"))
+                values = measured(found, scene)
+                answer(found)
+            right = len(read_back) == len(shown) and all(map(alike, read_back, shown))
+            return right and (path.suffix == ".json" or path.suffix == ".csv" or values == tips)
+
+        outcomes += count(mine, write, [whole[path]], others, read)
+    return outcomes
+
+
+KINDS = {"folders": folders, "checkpoints": checkpoints, "frames": frames, "histories": histories, "jsons": jsons}
 HERE = "import sys\nfrom pathlib import Path\nfrom tests.output.test_fuzz import KINDS\n"
 HERE += "print(dict(KINDS[sys.argv[1]](Path(sys.argv[2]), range(int(sys.argv[3]), int(sys.argv[4])))))"
 
@@ -242,7 +287,7 @@ def check(kind: str, folder: Path, cases: range) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_damage_is_refused_in_one_sentence(kind: str, tmp_path: Path) -> None:
-    check(kind, tmp_path, range(FEW // 4 if kind == "frames" else FEW))
+    check(kind, tmp_path, range(FEW // 4 if kind in ("frames", "folders") else FEW))
 
 
 @pytest.mark.long
