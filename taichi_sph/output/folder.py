@@ -21,6 +21,25 @@ from .histories import History, read_history
 __all__ = ["RunFolder", "read_json", "write_json"]
 
 
+NEEDED = ("scene", "quality", "settings", "command", "scene_hash", "seconds", "quantities")  # of a summary
+JUDGED = ("value", "unit", "target", "tolerance", "met")  # of each of its quantities
+
+
+def whole_summary(found: Any, path: Path) -> dict[str, Any]:
+    """What was read as the summary of a run or a study; SceneError where it is none."""
+    missing = [key for key in NEEDED if not isinstance(found, dict) or key not in found]
+    if missing:
+        raise SceneError(f"'{path}' is not the summary of a run: it has no '{missing[0]}'")
+    for key in ("settings", "seconds", "quantities"):
+        if not isinstance(found[key], dict):
+            raise SceneError(f"'{path}' is not the summary of a run: its '{key}' is no table")
+    for name, entry in found["quantities"].items():
+        lost = [key for key in JUDGED if not isinstance(entry, dict) or key not in entry]
+        if lost:
+            raise SceneError(f"'{path}' is not the summary of a run: quantity '{name[:60]}' has no '{lost[0]}'")
+    return found
+
+
 class RunFolder:
     """Reads what a run wrote; nothing is opened before it is asked for."""
 
@@ -51,7 +70,7 @@ class RunFolder:
 
     @property
     def summary(self) -> dict[str, Any]:
-        return read_json(self.path / "summary.json")
+        return whole_summary(read_json(self.path / "summary.json"), self.path / "summary.json")
 
     @property
     def record(self) -> dict[str, Any]:

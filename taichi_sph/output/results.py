@@ -15,12 +15,11 @@ from typing import Any
 from ..errors import SceneError
 from ..scene import Scene, Study
 from .answer import SCALES, in_words, quantity_text
-from .folder import RunFolder, read_json, write_json
+from .folder import RunFolder, read_json, whole_summary, write_json
 from .record import scene_hash
 
 PICTURES = Path("renders")
 FOLDER = PICTURES / "results"
-NEEDED = ("scene", "quality", "settings", "command", "scene_hash", "seconds", "quantities")
 HEADER = """# Results
 
 Made by `taichi-sph results --out RESULTS.md` from the recorded summaries in `renders/results/`; not written by hand. B is the
@@ -64,11 +63,7 @@ def read_summaries(folder: Path = FOLDER) -> dict[str, dict[str, Any]]:
     """name -> summary of all that is recorded."""
     found = {}
     for path in sorted(folder.glob("*.json")):
-        summary = read_json(path)
-        missing = [k for k in NEEDED if not isinstance(summary, dict) or k not in summary]
-        if missing:
-            raise SceneError(f"'{path}' is not the summary of a run: it has no '{missing[0]}'")
-        found[path.stem] = summary
+        found[path.stem] = whole_summary(read_json(path), path)
     return found
 
 

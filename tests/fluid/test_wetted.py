@@ -344,3 +344,16 @@ def test_a_light_ball_on_water_does_not_swing_itself_to_death():
     entries = sim.energies()
     assert np.linalg.norm(sim.tracks()["rigid_ball"]["vz"]) > 10.0  # it was thrown up
     assert abs(entries["closed_residual_percent"]) < 1.0
+
+
+def test_lists_by_points_are_the_same_in_numpy():
+    """What a device without long loops of one thread takes (runtime.one_by_one)."""
+    from .test_extremes import can, start
+
+    sim = start(can())
+    wetted = next(coupling.wetted for coupling in sim.couplings if hasattr(coupling, "wetted"))
+    found = int(runtime.get(wetted.s.start, wetted.p.n + 1)[-1])
+    kernel = [runtime.get(wetted.start_back, wetted.n + 1).copy(), runtime.get(wetted.particle, found).copy()]
+    wetted._turned_round(found)
+    assert found > 0 and np.array_equal(kernel[0], runtime.get(wetted.start_back, wetted.n + 1))
+    assert np.array_equal(kernel[1], runtime.get(wetted.particle, found))

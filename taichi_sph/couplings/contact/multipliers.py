@@ -444,17 +444,19 @@ def _book(
     for block in range(blocks):
         contact.work[block] += contact.ahead[block]
         behind, ahead = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
+        mine = 0  # shaders lose a kernel whose inner loop adds to the sum of all threads
         deepest = ti.cast(0.0, ti.f64)
         if acts > 0:
             for k in range(block * BLOCK, ti.min(n, (block + 1) * BLOCK)):
                 if pairs.near[k] == 1 and pairs.p[k] > 0.0:
                     a, b = pairs.a[k], pairs.b[k]
                     if port.pushed[port.whose[a]] == 1:
-                        touching += 1
+                        mine += 1
                         after = pairs.free[k] + _corrected(contact, k, a, b, turning) - pairs.slack[k]
                         behind += pairs.p[k] * pairs.before[k]
                         ahead += pairs.p[k] * after
                         deepest = ti.max(deepest, -pairs.gap[k])
+        touching += mine
         if deepest > contact.deepest[0]:
             ti.atomic_max(contact.deepest[0], deepest)
         if dt_before == 0.0:

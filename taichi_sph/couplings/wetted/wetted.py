@@ -48,7 +48,7 @@ from ... import runtime
 from ...bodies.fluid.surroundings import Surroundings
 from ...bodies.fluid.walls import MOST, NONE, RIM
 from ...bodies.wettable import SurfacePoints, Wettable
-from ...numerics.cells import CUBES, CellGrid, beside, cube, running
+from ...numerics.cells import CUBES, CellGrid, beside, cube, group, running
 from ...numerics.kernel import w2
 from ...pool import Pool
 from ...runtime import ti
@@ -131,8 +131,18 @@ class Wetted(Pool):
         if found > self.room:
             self._widen(found)
         _pair(self, self.point, self.p.n, inverse, self.grid.table, 1)
-        _turn_round(self, self.point, self.particle, self.p.n, self.n)
+        if runtime.one_by_one():
+            _turn_round(self, self.point, self.particle, self.p.n, self.n)
+        else:
+            self._turned_round(found)
         self.fluid.pairs.mark()
+
+    def _turned_round(self, found: int) -> None:
+        """The same as `_turn_round`, in NumPy."""
+        group(self.point, self.start_back, self.particle, found, self.n)
+        first = runtime.get(self.s.start, self.p.n + 1)
+        owner = np.repeat(np.arange(self.p.n, dtype=np.int32), np.diff(first))
+        runtime.put(self.particle, owner[runtime.get(self.particle, found)])
 
     def _widen(self, found: int) -> None:
         self.room = max(64, 3 * found // 2)
