@@ -175,7 +175,16 @@ def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:
     finest = mesh.spacing if isinstance(shell.surface, Plate) else float(mesh.node_spacing.min())
     mass = float(mesh.node_areas.sum() * shell.thickness * shell.material.density)
     between = float(edge.min()), float(edge.max())
-    return _shell(shell, scene, (len(mesh.points), _points(scene.numerics_of(shell).formulation, mesh)), _cells(mesh), mass, finest, between, report(mesh))
+    return _shell(
+        shell,
+        scene,
+        (len(mesh.points), _points(scene.numerics_of(shell).formulation, mesh)),
+        _cells(mesh),
+        mass,
+        finest,
+        between,
+        report(mesh),
+    )
 
 
 def _counted_shell(shell: Shell, nodes: int, scene: Scene) -> BodyPlan:
