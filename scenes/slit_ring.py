@@ -30,7 +30,7 @@ from taichi_sph.scene.kept import Probe
 CELLS = {"draft": (40, 5), "standard": (64, 8), "paper": (96, 12)}  # around, across
 TOLERANCE = {"draft": 0.06, "standard": 0.03, "paper": 0.015}
 INNER, OUTER, THICKNESS, YOUNG, FORCE = 6.0, 10.0, 0.03, 21e6, 0.8  # FORCE: per length of the lip
-GAP = 6e-5  # rad between the lips, so that regions tell them apart; nothing sees it
+GAP = 2e-5  # rad between the lips, so that regions tell them apart; nothing sees it
 RISE = {"A": (INNER, 13.891), "B": (OUTER, 17.528)}
 
 
