@@ -309,7 +309,7 @@ def _by_newton(scene: Scene, nodes: int) -> bool:
     """Whether a search for equilibrium begins with Newton's method (bodies.shell.instead.statics)."""
     if scene.static is None or scene.static.method == "relaxation":
         return False
-    able = scene.numerics.precision == "f64" and all(scene.numerics_of(shell).formulation.kind == "galerkin" for shell in scene.shells)
+    able = scene.numerics.precision == "f64" and all(scene.numerics_of(shell).formulation.kind != "collocation" for shell in scene.shells)
     return scene.static.method is not None or (able and nodes <= LARGEST)
 
 

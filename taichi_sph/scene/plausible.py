@@ -159,9 +159,9 @@ def _equilibrium(s: Scene) -> None:
     if static.method in (None, "relaxation"):
         return
     for shell in s.shells:
-        if s.numerics_of(shell).formulation.kind != "galerkin":
+        if s.numerics_of(shell).formulation.kind == "collocation":
             raise ValueError(
-                f"{asked}'{static.method}' needs the stiffness of the galerkin form, and shell '{shell.name}' is of the form "
+                f"{asked}'{static.method}' needs a stiffness, and shell '{shell.name}' is of the form "
                 f"'{s.numerics_of(shell).formulation.kind}'; use 'relaxation'"
             )
     if s.numerics.precision == "f32":

@@ -15,6 +15,7 @@ from ..shell.group import ShellGroup
 from ..shell.pressure import Pressed
 from .elements import Elements
 from .pressure import CornerPressures
+from .tangent import Tangent
 
 
 def groups(scene: Scene, others: Sequence[Group] = ()) -> list[ElementShells]:
@@ -31,6 +32,9 @@ class ElementShells(ShellGroup):
     def form(self, model: Model) -> Elements:
         form: Any = self.shells[0].numerics.formulation
         return Elements(model, form.points, self.suffix)
+
+    def stiffness(self) -> Tangent | None:
+        return Tangent(self) if runtime.current().real == runtime.ti.f64 else None
 
     def pressed_by(self, pressed: Sequence[Pressed]) -> CornerPressures:
         return CornerPressures(pressed, self.internal, f"pressure{self.suffix}")

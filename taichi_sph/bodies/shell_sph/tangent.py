@@ -30,7 +30,7 @@ import numpy as np
 
 from ... import runtime
 from ..shell.group import ShellGroup
-from ..shell.instead.freedom import Freedom
+from ..shell.instead.freedom import Freedom, elimination, turning
 from .galerkin import Galerkin
 
 
@@ -130,15 +130,8 @@ class Tangent:
         self.row_start = np.r_[0, np.cumsum(np.bincount(row[new], minlength=size))].astype(np.int32)
 
     def _elimination(self) -> np.ndarray:
-        """(N,) nodes in the order in which a factorisation of K takes them: least degree first, of the graph of its blocks."""
-        import scipy.sparse as sparse
-        from scipy.sparse.linalg import splu
-
-        A = abs(self.A)
-        graph = sparse.csc_array(A.T @ A)
-        graph.data[:] = -1.0
-        graph = graph + sparse.diags_array(np.full(self.n, 2.0 * self.n), format="csc")
-        return np.argsort(splu(sparse.csc_matrix(graph), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).perm_c)
+        """(N,) nodes in the order in which a factorisation of K takes them."""
+        return elimination(abs(self.A))
 
     def gradients(self, u: np.ndarray, d: np.ndarray) -> np.ndarray:
         """(M, q, dim) gradients u_,1 u_,2 (d_,1 d_,2 d) of the cells."""
@@ -266,17 +259,7 @@ class Tangent:
 
     def _turning(self, u: np.ndarray, d: np.ndarray, stresses: Stresses, free: Freedom, moments: np.ndarray | None) -> np.ndarray:
         """(N, 2, 2) what directors of length one add to K."""
-        g, n = self.pull(u, d, stresses), self.N0 + d
-        axes = free.axes.transpose(0, 2, 1)
-        along, pulled = np.einsum("nai,ni->na", axes, n), np.einsum("nai,ni->na", axes, g)
-        cross = along[:, :, None] * pulled[:, None, :]
-        found = 0.5 * (cross + cross.transpose(0, 2, 1)) - (axes @ axes.transpose(0, 2, 1)) * np.einsum("ni,ni->n", n, g)[:, None, None]
-        if moments is not None:
-            moved = free.basis[:, 3:, 3:].transpose(0, 2, 1)
-            drill = np.einsum("ni,ni->n", moments, np.cross(moved[:, 1], moved[:, 0]))
-            found[:, 0, 1] -= drill
-            found[:, 1, 0] += drill
-        return found
+        return turning(self.N0 + d, self.pull(u, d, stresses), free, moments)
 
     def pull(self, u: np.ndarray, d: np.ndarray, stresses: Stresses) -> np.ndarray:
         """(N, 3) dE/dd of those stresses [N m]."""

@@ -113,3 +113,30 @@ def _turns(n: np.ndarray, free: np.ndarray) -> np.ndarray:
     elif free.sum() == 1:
         axes[:, 0] = np.eye(3)[np.argmax(free)]
     return axes
+
+
+def elimination(incidence: Any) -> np.ndarray:
+    """(N,) nodes in the order in which a factorisation takes them: least degree first, of the graph of nodes that share a row of the
+    sparse (R, N) incidence, whose entries are not negative."""
+    import scipy.sparse as sparse
+    from scipy.sparse.linalg import splu
+
+    n = incidence.shape[1]
+    graph = sparse.csc_array(incidence.T @ incidence)
+    graph.data[:] = -1.0
+    graph = graph + sparse.diags_array(np.full(n, 2.0 * n), format="csc")
+    return np.argsort(splu(sparse.csc_matrix(graph), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).perm_c)
+
+
+def turning(n: np.ndarray, pull: np.ndarray, free: Freedom, moments: np.ndarray | None) -> np.ndarray:
+    """(N, 2, 2) what directors n (N, 3) of length one add to a tangent; pull (N, 3): dE/dd [N m]; moments (N, 3) [N m]: dead ones."""
+    axes = free.axes.transpose(0, 2, 1)
+    along, pulled = np.einsum("nai,ni->na", axes, n), np.einsum("nai,ni->na", axes, pull)
+    cross = along[:, :, None] * pulled[:, None, :]
+    found = 0.5 * (cross + cross.transpose(0, 2, 1)) - (axes @ axes.transpose(0, 2, 1)) * np.einsum("ni,ni->n", n, pull)[:, None, None]
+    if moments is not None:
+        moved = free.basis[:, 3:, 3:].transpose(0, 2, 1)
+        drill = np.einsum("ni,ni->n", moments, np.cross(moved[:, 1], moved[:, 0]))
+        found[:, 0, 1] -= drill
+        found[:, 1, 0] += drill
+    return found
