@@ -1,7 +1,7 @@
 """What every kind of body offers the world: a group of bodies in one pool, and how it takes part in a step.
 
-A body is what the user says, one name. A group holds all bodies of one kind and the same laws, for Taichi compiles a kernel once for
-each group and launches it once, whatever the number of bodies; a body is a span of the group's pools.
+A body is what the user says, under one name. Taichi compiles a kernel once for each pool object. So a group holds all bodies of one kind
+with the same laws in one set of pools. A body is a span of its rows.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Span:
 class Now:
     """The step that is being taken: `time` [s] and `step` number of its beginning, the steps that led here and that lead on [s].
 
-    due: whether a group takes a step of its own now, which is so long as `every` of the clock's.
+    due(group): the group takes its own step now. That step is `every` steps of the clock long.
     """
 
     time: float = 0.0

@@ -26,7 +26,7 @@ from .step import step
 class Clock(Pool):
     """time [s], step; dt, dt_before: the step to come and the one before [s]; injected: energy at t = 0 [J].
 
-    refit: dt is too long now, and changes when all groups are due.
+    refit: dt must become shorter. It does at the next step at which all groups are due.
     """
 
     kept = ("time", "step", "dt", "dt_before", "refit", "injected")
