@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time as clock
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -151,13 +152,8 @@ class World:
 
     def _steps(self) -> dict[str, float]:
         """The longest step of the clock by each group, by what rules it [s]."""
-        steps: dict[str, float] = {}
-        for group in self.groups:
-            for rule, longest in group.longest_step().items():
-                steps[rule] = min(longest, steps.get(rule, math.inf))
-        rigid = self._only("rigid")
-        if not steps and rigid is not None:
-            steps = {"the smallest pinball": rigid.alone()}
+        steps = _shortest(group.longest_step() for group in self.groups)
+        steps = steps or _shortest(group.alone() for group in self.groups) or {"a hundredth of the duration": self.scene.duration / 100}
         of_bodies = min(steps.values(), default=math.inf)
         for coupling in self.couplings:
             for rule, longest in coupling.longest_step().items():
@@ -179,7 +175,7 @@ class World:
 
     @property
     def stress_points(self) -> int:
-        return sum(group.stress_points for group in self.groups if hasattr(group, "stress_points"))
+        return sum(group.stress_points for group in self.groups)
 
     @property
     def bytes(self) -> int:
@@ -241,7 +237,7 @@ class World:
         found = summed(self.groups, self.couplings)
         if self.relaxation is not None:  # nothing moves; the loads do their work from increment to increment
             found.kinetic = 0.0
-            found.external = self.relaxation.work + sum(group.pressed() for group in self.groups if hasattr(group, "pressed"))
+            found.external = self.relaxation.work + sum(group.pressed() for group in self.groups)
         return {"time": self.time - self.clock.dt_before, **balance(found, self.clock.injected)}
 
     def status(self) -> dict[str, int]:
@@ -271,16 +267,14 @@ class World:
                 leak.look(self.time)
         found = {leak.name: leak.row for leak in self.leaks}
         for group in self.groups:
-            if hasattr(group, "tracks"):
-                found |= group.tracks(look)
+            found |= group.tracks(look)
         return found
 
     def track_units(self) -> dict[str, dict[str, str]]:
         """Units of the columns of each history in `tracks`."""
         found = {leak.name: UNITS for leak in self.leaks}
         for group in self.groups:
-            if hasattr(group, "tracks"):
-                found |= dict.fromkeys(group.tracks(look=False), group.track_units)
+            found |= dict.fromkeys(group.tracks(look=False), group.track_units)
         return found
 
     def contact_report(self) -> dict[str, float] | None:
@@ -310,3 +304,12 @@ class World:
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Continue exactly from `state()`; SceneError, and nothing is touched, where it does not fit."""
         restore_all(self.pools, state)
+
+
+def _shortest(said: Iterable[dict[str, float]]) -> dict[str, float]:
+    """Of steps by what rules them [s] the shortest of each rule."""
+    steps: dict[str, float] = {}
+    for one in said:
+        for rule, longest in one.items():
+            steps[rule] = min(longest, steps.get(rule, math.inf))
+    return steps

@@ -184,8 +184,8 @@ class Rope(Frozen):
 
 @pytest.fixture
 def toys():
-    bodies.register(Kind("toy", "others", Toy, lambda scene, groups: [scene.body("t")]))
-    couplings.register(Kind("rope", "interactions", Rope, lambda scene, groups: []))
+    bodies.register(Kind("toy", "others", Toy, lambda scene, groups, own: list(own)))
+    couplings.register(Kind("rope", "interactions", Rope, lambda scene, groups, own: []))
     yield
     bodies.kinds.registered.clear()
     couplings.kinds.registered.clear()

@@ -24,14 +24,14 @@ FASTEST = 3.0  # speed of a fluid over that of sound in it
 LOOK = 10  # steps between two looks at the speed of a fluid
 
 
-def groups(scene: Scene, others: Sequence[Any]) -> list[FluidGroup]:
+def groups(scene: Scene, others: Sequence[Any], own: Sequence[Fluid]) -> list[FluidGroup]:
     """The groups of the scene's fluids: those that may meet, one through the other, are one. The pools of the second are called "fluid_2"
     and so on. others: the groups so far, shells among them."""
     found: list[list[Fluid]] = []
-    for fluid in scene.fluids:
+    for fluid in own:
         touched = [group for group in found if any(scene.met(fluid.name, one.name).meet for one in group)]
         found = [group for group in found if group not in touched] + [[one for group in touched for one in group] + [fluid]]
-    place = {fluid.name: k for k, fluid in enumerate(scene.fluids)}
+    place = {fluid.name: k for k, fluid in enumerate(own)}
     found = sorted((sorted(group, key=lambda one: place[one.name]) for group in found), key=lambda group: place[group[0].name])
     return [FluidGroup(scene, others, group, f"fluid_{k}" if k > 1 else "fluid") for k, group in enumerate(found, start=1)]
 

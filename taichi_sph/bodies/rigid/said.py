@@ -58,6 +58,7 @@ class Rigid(Body):
     """
 
     what: ClassVar[str] = "rigid body"
+    holds_springs: ClassVar[bool] = True
 
     pinballs: Annotated[tuple[Pinball, ...], Field(min_length=1, max_length=100_000)]
     mass: Annotated[Mass, Field(gt=0)]

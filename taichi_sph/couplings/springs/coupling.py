@@ -39,9 +39,9 @@ from .said import Spring
 BOTH, PULL, PUSH = 0, 1, 2
 
 
-def couplings(scene: Any, groups: Sequence[Group]) -> "list[Springs]":
+def couplings(scene: Any, groups: Sequence[Group], own: Sequence[Spring]) -> "list[Springs]":
     """All springs of the scene are one coupling."""
-    return [Springs(scene, groups)] if scene.springs else []
+    return [Springs(scene, groups)] if own else []
 
 
 class Springs(Coupling):
