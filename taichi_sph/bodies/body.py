@@ -176,8 +176,9 @@ class Group(Protocol):
         """RunStopped, with a sentence, when something cannot be true any more."""
         ...
 
-    def negligible(self) -> float:
-        """An energy [J] that is nothing: that of strains of the size of rounding."""
+    def negligible(self, dt: float) -> float:
+        """The energy [J] that rounding alone makes: that of strains of its size, or of ways of its size in a step dt [s]. The energy
+        balance of a run that holds no more than this, of all groups together, says nothing."""
         ...
 
     def status(self) -> dict[str, int]:
@@ -262,8 +263,8 @@ class Rest:
     def look(self, now: Now) -> None:
         """All is believed."""
 
-    def negligible(self) -> float:
-        return 1e-12
+    def negligible(self, dt: float) -> float:
+        return 0.0
 
     def status(self) -> dict[str, int]:
         return {}

@@ -224,7 +224,7 @@ class World:
     def look(self) -> None:
         """RunStopped when something cannot be true any more."""
         names = [body.name for group in self.groups for body in group.bodies]
-        nothing = min(group.negligible() for group in self.groups)
+        nothing = sum(group.negligible(self.dt) for group in self.groups)
         watchdog.look(self.groups, names, self.energies(), Now(self.time, self.step), nothing)
 
     def advance_to(self, time: float) -> None:

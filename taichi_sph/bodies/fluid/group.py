@@ -119,6 +119,14 @@ class FluidGroup(Rest):
         internal = {"elastic": found["elastic"], "fluid viscous": found["viscous"]}
         return Entries(found["kinetic"], found["external"], internal, {"diffused": found["diffused"], "lag": found["lag"]})
 
+    def negligible(self, dt: float) -> float:
+        """1/2 rho_0 c^2 s^2 over all particles, twice."""
+        rounding = 1e-6 if self.scene.numerics.precision == "f32" else 1e-12
+        masses = self.body.p.masses.tolist()
+        return sum(
+            rounding**2 * mass * span.n * fluid.water.sound**2 for mass, span, fluid in zip(masses, self.body.spans, self.body.fluids)
+        )
+
     def look(self, now: Now) -> None:
         """Speeds: a shock that would throw water at FASTEST c is far beyond any law of state here, and weakly compressible it is not."""
         fluid = self.body

@@ -60,6 +60,11 @@ class RigidGroup(Rest):
         kinetic, work = (float(runtime.get(field, self.rigids.n).sum()) for field in (self.rigids.kinetic, self.rigids.work))
         return Entries(kinetic, work)
 
+    def negligible(self, dt: float) -> float:
+        """1/2 m v^2, with v a millionth of a millionth of the way from the origin in a step: places are no finer."""
+        far = [max(np.abs(p.centre).max() + p.radius for p in body.pinballs) for body in self.scene.rigids]
+        return sum(0.5 * body.mass * (1e-12 * way / dt) ** 2 for body, way in zip(self.scene.rigids, far))
+
     def look(self, now: Now) -> None:
         x = runtime.get(self.rigids.x, self.rigids.n)
         for r in np.flatnonzero(~np.isfinite(x).all(axis=1)):
