@@ -41,7 +41,7 @@ class Kind:
 
 
 class Kinds:
-    """The kinds of one package: `KIND` (or `KINDS`) of the said.py of each of its folders, and the registered ones."""
+    """The kinds of one package: `KIND` of the said.py of each of its folders, and the registered ones."""
 
     def __init__(self, package: str) -> None:
         self.package = package
@@ -54,8 +54,8 @@ class Kinds:
             name = f"{self.package}.{folder.name}.said"
             if not folder.ispkg or find_spec(name) is None:
                 continue
-            said = import_module(name)
-            kinds += getattr(said, "KINDS", ()) or ([said.KIND] if hasattr(said, "KIND") else [])
+            if (kind := getattr(import_module(name), "KIND", None)) is not None:  # a folder that kinds share has none
+                kinds.append(kind)
         return tuple(sorted(kinds, key=lambda kind: kind.rank))
 
     def __call__(self, key: str | None = None) -> tuple[Kind, ...]:

@@ -142,10 +142,6 @@ class ShellGroup(Rest):
         return body.said
 
     @property
-    def stress_points(self) -> int:
-        return self.points.n
-
-    @property
     def spacing(self) -> float:
         """The smallest spacing of the bodies [m]."""
         return self.mesh.spacing
