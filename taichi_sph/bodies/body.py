@@ -288,6 +288,11 @@ class Rest:
         return None
 
 
+def holding(groups: Sequence[Any], name: str) -> tuple[Any, Span]:
+    """The group of the body of that name, and the body."""
+    return next((group, span) for group in groups for span in group.bodies if span.name == name)
+
+
 def common_schedule(groups: Sequence[Group]) -> int:
     """Steps of the clock after which all groups are due together."""
     return math.lcm(*(group.every for group in groups)) if groups else 1

@@ -31,6 +31,9 @@ class Body(Frozen):
     bears: ClassVar[frozenset[str]] = frozenset()
     what: ClassVar[str] = "body"  # the kind in words
     holds_springs: ClassVar[bool] = False  # whether a spring can end on it
+    has_nodes: ClassVar[bool] = False  # whether it is made of nodes, among which a spring's radius chooses
+    bounces: ClassVar[bool] = True  # whether a restitution may be said of its meetings
+    soft: ClassVar[bool] = False  # whether it is a filling: two of them part by themselves, without contact
     name: Name
 
     @property

@@ -12,7 +12,7 @@ import numpy as np
 
 from .. import runtime
 from ..bodies import kinds as body_kinds
-from ..bodies.body import Now, common_schedule
+from ..bodies.body import Now, common_schedule, holding
 from ..couplings import kinds as coupling_kinds
 from ..errors import RunStopped
 from ..frame import Frame
@@ -110,7 +110,7 @@ class World:
 
     def group_of(self, name: str) -> Any:
         """The group of the body of that name."""
-        return next(group for group in self.groups if name in [body.name for body in group.bodies])
+        return holding(self.groups, name)[0]
 
     @property
     def shell(self) -> Any:

@@ -190,8 +190,7 @@ class FluidBody(Pool):
     def follow(self, dt_before: float) -> bool:
         """Lists that still hold, and records of the particles where they are now; True when they were put in another order. dt_before led
         here [s], 0 at the start."""
-        moved, _ = self.near.moved()
-        worn = moved >= self.skin
+        worn = self.near.moved() >= self.skin
         if worn:
             self.sort()
         self.pairs.pack(dt_before)

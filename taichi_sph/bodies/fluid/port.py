@@ -7,9 +7,7 @@ import numpy as np
 from ...runtime import ti
 from ..body import Now
 from ..surface import Balls, Surface
-from .fill import CONTACT
-
-PINBALL = 0.25  # of D: where contact stands behind the pressure of couplings/wetted
+from .fill import CONTACT, PINBALL
 
 
 class FluidSurface(Surface):

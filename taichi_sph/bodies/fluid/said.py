@@ -81,6 +81,8 @@ class Fluid(Body):
     None: 1."""
 
     what: ClassVar[str] = "fluid"
+    bounces: ClassVar[bool] = False
+    soft: ClassVar[bool] = True
 
     fill: Annotated[FluidBox | ShellFill, Field(discriminator="kind")]
     water: Water = Water()

@@ -93,6 +93,7 @@ class Shell(Body):
     bears: ClassVar[frozenset[str]] = frozenset({"forces", "moments", "pressures", "motions", "initial", "probes"})
     what: ClassVar[str] = "shell"
     holds_springs: ClassVar[bool] = True
+    has_nodes: ClassVar[bool] = True
 
     surface: Surface
     thickness: Annotated[Length, Field(gt=0)]
@@ -177,7 +178,7 @@ class Shell(Body):
             raise ValueError(f"{where}.self_contact: shell '{self.name}' moves in its plane; give it motion = 'free'")
         for other in scene.bodies:
             if other is not self and other.meets and scene.met(self.name, other.name).asked is not False:
-                verb = "hold a fluid" if other.what == "fluid" else "be hit"
+                verb = f"hold a {other.what}" if other.soft else "be hit"
                 raise ValueError(
                     f"{scene.key_of(other).partition('[')[0]}: shell '{self.name}' moves in its plane and cannot {verb}; "
                     "give it motion = 'free'"

@@ -58,7 +58,7 @@ class Spring(Frozen):
                 raise ValueError(f"{where}.between: {body.what} '{name}' moves in its plane, and a spring turns; give it motion = 'free'")
         if self.name in [spring.name for spring in scene.before(self)]:
             raise ValueError(f"{where}.name: '{self.name}' is taken; names of springs name their histories")
-        if self.radius is not None and not any(name is not None and scene.body(name).what != "rigid body" for name in self.between):
+        if self.radius is not None and not any(name is not None and scene.body(name).has_nodes for name in self.between):
             raise ValueError(f"{where}.radius: of the nodes of a shell, and spring '{self.name}' holds none; leave it out")
         scene.in_time("a spring acts", "springs")
 
