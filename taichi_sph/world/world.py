@@ -294,8 +294,10 @@ class World:
         parts = [*self.groups, *self.couplings, *([self.relaxation] if self.relaxation is not None else [])]
         return [self.clock, *(pool for part in parts for pool in part.pools()), *self.leaks]
 
-    # last parts of names in `state`: what may be no finite number, for it has not happened yet
-    unset = frozenset({"rupture_time", "measured"})
+    @property
+    def unset(self) -> frozenset[str]:
+        """Last parts of names in `state`: what may be no finite number, for it has not happened yet."""
+        return frozenset(name for pool in self.pools for name in pool.unset)
 
     def state(self) -> dict[str, np.ndarray]:
         """All that is history, for a checkpoint."""
