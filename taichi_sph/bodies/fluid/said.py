@@ -189,4 +189,4 @@ def _walls(fluid: Fluid, scene: Any) -> None:
                 )
 
 
-KIND = Kind("fluid", "fluids", Fluid, "taichi_sph.bodies.fluid.group:groups", rank=2)
+KIND = Kind("fluid", "fluids", Fluid, "taichi_sph.bodies.fluid.group:groups", rank=3)

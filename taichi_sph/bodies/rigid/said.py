@@ -119,4 +119,4 @@ class Rigid(Body):
         scene.in_time("rigid bodies move", "rigids")
 
 
-KIND = Kind("rigid", "rigids", Rigid, "taichi_sph.bodies.rigid.group:groups", rank=1)
+KIND = Kind("rigid", "rigids", Rigid, "taichi_sph.bodies.rigid.group:groups", rank=2)

@@ -5,4 +5,4 @@ from __future__ import annotations
 from ...scene.kinds import Kind
 from ..shell.said import Shell
 
-KIND = Kind("shell_fe", "shells", Shell, "taichi_sph.bodies.shell_fe.group:groups", rank=0)
+KIND = Kind("shell_fe", "shells", Shell, "taichi_sph.bodies.shell_fe.group:groups", rank=1)
