@@ -327,8 +327,8 @@ def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
                 low, high = points.min(axis=0), points.max(axis=0)
                 where = f"{key}[{number}].where catches no"
                 if mesh is None and len(points) == 1:
-                    place = ", ".join(f"{a} {show(at, 'm')}" for a, at in zip("xyz", low))
-                    raise SceneError(f"{where} point of {body.what} '{load.body}', which is at {place}")
+                    there = ", ".join(f"{a} {show(at, 'm')}" for a, at in zip("xyz", low))
+                    raise SceneError(f"{where} point of {body.what} '{load.body}', which is at {there}")
                 reach = ", ".join(f"{a} {show(lo, 'm')} to {show(hi, 'm')}" for a, lo, hi in zip("xyz", low, high))
                 point, apart = ("point", "") if mesh is None else ("node", f" with nodes {show(mesh.spacing, 'm')} apart")
                 raise SceneError(f"{where} {point} of {body.what} '{load.body}', which reaches over {reach}{apart}")
