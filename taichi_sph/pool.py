@@ -31,10 +31,12 @@ class Pool:
     """Owner of fields and of numbers that are history.
 
     `name` is unique in a run; a field's full name is "pool.field". `kept` names the attributes (numbers, or NumPy arrays of a fixed
-    shape) that a checkpoint holds beside the fields. After a restore `renew` is called: what follows from the history is made again there.
+    shape) that a checkpoint holds beside the fields. `unset` names fields and attributes that may hold no finite number: what they tell
+    of has not happened yet. After a restore `renew` is called: what follows from the history is made again there.
     """
 
     kept: tuple[str, ...] = ()
+    unset: tuple[str, ...] = ()
     # kernels take pools as templates; Taichi's decorator would say so too, and make every look at an attribute a search for kernels
     _data_oriented = True
 
@@ -54,15 +56,18 @@ class Pool:
         keeps: bool = False,
         shown: str = "",
         grows: bool = False,
+        unset: bool = False,
     ) -> Any:
         """A dense field of n scalars, or of n vectors. unit "": a pure number.
 
-        grows: it may be asked for again, longer; the old one is lost.
+        unset: it may hold no finite number yet. grows: it may be asked for again, longer; the old one is lost.
         """
         if name in self.fields and not grows:
             raise ValueError(f"pool '{self.name}' has a field '{name}' already")
         made = runtime.new(f"{self.name}.{name}", n, vector, dtype, again=name in self.fields)
         self.fields[name] = Entry(made, n, unit, doc, keeps, shown)
+        if unset and name not in self.unset:
+            self.unset = (*self.unset, name)
         return made
 
     def state(self) -> dict[str, np.ndarray]:

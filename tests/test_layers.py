@@ -84,7 +84,8 @@ def wrong(path: Path) -> set[str]:
     for name in imported(path):
         there = name.split(".")[0]
         if path.name == "said.py":  # what the user says of a body or a coupling: a part of the scene that lives beside its code
-            right = there in SAID or ".".join(name.split(".")[:2]) in SAID
+            parts = name.split(".")
+            right = there in SAID or ".".join(parts[:2]) in SAID or (said(name) and parts[1] in SHARED)
         elif here == "scene" and name in ("bodies", "couplings"):  # which kinds there are; what they say is a part of the scene
             right = True
         elif said(name):

@@ -1,13 +1,13 @@
 """What every kind of body offers the world: a group of bodies in one pool, and how it takes part in a step.
 
-A body is what the user says, one name. A group holds all bodies of one kind and the same laws, for Taichi compiles a kernel once for
-each group and launches it once, whatever the number of bodies; a body is a span of the group's pools.
+A body is what the user says, under one name. Taichi compiles a kernel once for each pool object. So a group holds all bodies of one kind
+with the same laws in one set of pools. A body is a span of its rows.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from ..frame import BodyFrame
     from ..pool import Pool
     from .surface import Surface
+    from .wettable import Wettable
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class Span:
 class Now:
     """The step that is being taken: `time` [s] and `step` number of its beginning, the steps that led here and that lead on [s].
 
-    due: whether a group takes a step of its own now, which is so long as `every` of the clock's.
+    due(group): the group takes its own step now. That step is `every` steps of the clock long.
     """
 
     time: float = 0.0
@@ -122,6 +123,15 @@ class Group(Protocol):
         """All that has fields or history, in the order in which a restart renews it."""
         ...
 
+    @property
+    def stress_points(self) -> int:
+        """How many the group has."""
+        ...
+
+    def start(self) -> None:
+        """All bodies are there: velocities, what follows from others."""
+        ...
+
     def strain(self, now: Now) -> None:
         """Stresses from the places at n; history advances."""
         ...
@@ -142,6 +152,10 @@ class Group(Protocol):
         """The longest step of the group's own [s], by what rules it; empty where the group follows any other."""
         ...
 
+    def alone(self) -> dict[str, float]:
+        """The longest step [s] of a group that follows any other, by what rules it, where no group has one of its own."""
+        ...
+
     def hastens(self, now: Now) -> bool:
         """Whether the group needs a shorter step from now on."""
         ...
@@ -154,12 +168,17 @@ class Group(Protocol):
         """Energy that the group held at t = 0 beside the kinetic one [J]."""
         ...
 
+    def pressed(self) -> float:
+        """Work of the pressures that the scene prescribes [J]."""
+        ...
+
     def look(self, now: Now) -> None:
         """RunStopped, with a sentence, when something cannot be true any more."""
         ...
 
-    def negligible(self) -> float:
-        """An energy [J] that is nothing: that of strains of the size of rounding."""
+    def negligible(self, dt: float) -> float:
+        """The energy [J] that rounding alone makes: that of strains of its size, or of ways of its size in a step dt [s]. The energy
+        balance of a run that holds no more than this, of all groups together, says nothing."""
         ...
 
     def status(self) -> dict[str, int]:
@@ -170,8 +189,28 @@ class Group(Protocol):
         """Each body now."""
         ...
 
+    def probed(self, point: tuple[float, float, float], name: str | None = None) -> int:
+        """Number in the group of what a probe at a reference point [m] follows, of the body of that name."""
+        ...
+
+    def probe(self, i: int) -> dict[str, float]:
+        """What a probe reads there: displacement u_x, u_y, u_z [m] and velocity v_x, v_y, v_z [m/s]."""
+        ...
+
+    track_units: dict[str, str]  # of the columns of `tracks`
+
+    def tracks(self, look: bool = True) -> dict[str, dict[str, float]]:
+        """What is followed of the bodies all the time, by the name of its history. look: it is a sample, not a second look at one."""
+        ...
+
     def surface(self) -> Surface | None:
         """What couplings see of the group; None where nothing can touch it."""
+        ...
+
+    def wettables(self, name: str, spacing: float, meets: Callable[[str], bool]) -> Sequence[Wettable]:
+        """The points that water presses on, about `spacing` [m] apart where the group is free to choose; name: of the pools that they
+        need; meets: whether a body of that name is met at all. Points of bodies that are not met stay out: how far they go would tell when
+        lists are made."""
         ...
 
     def instead(self, world: Clocked, alike: Sequence[Any]) -> InPlace | None:
@@ -185,6 +224,14 @@ class Rest:
     kind = ""
     bodies: Sequence[Span] = ()
     every = 1
+    track_units: dict[str, str] = {}
+
+    @property
+    def stress_points(self) -> int:
+        return 0
+
+    def start(self) -> None:
+        """All is there."""
 
     def pools(self) -> Sequence[Pool]:
         return ()
@@ -201,26 +248,49 @@ class Rest:
     def longest_step(self) -> dict[str, float]:
         return {}
 
+    def alone(self) -> dict[str, float]:
+        return {}
+
     def hastens(self, now: Now) -> bool:
         return False
 
     def given(self) -> float:
         return 0.0
 
+    def pressed(self) -> float:
+        return 0.0
+
     def look(self, now: Now) -> None:
         """All is believed."""
 
-    def negligible(self) -> float:
-        return 1e-12
+    def negligible(self, dt: float) -> float:
+        return 0.0
 
     def status(self) -> dict[str, int]:
+        return {}
+
+    def probed(self, point: tuple[float, float, float], name: str | None = None) -> int:
+        raise NotImplementedError(f"bodies of the kind '{self.kind}' bear probes, and their group has no `probed` and no `probe`")
+
+    def probe(self, i: int) -> dict[str, float]:
+        raise NotImplementedError
+
+    def tracks(self, look: bool = True) -> dict[str, dict[str, float]]:
         return {}
 
     def surface(self) -> Surface | None:
         return None
 
+    def wettables(self, name: str, spacing: float, meets: Callable[[str], bool]) -> Sequence[Wettable]:
+        return ()
+
     def instead(self, world: Clocked, alike: Sequence[Any]) -> InPlace | None:
         return None
+
+
+def holding(groups: Sequence[Any], name: str) -> tuple[Any, Span]:
+    """The group of the body of that name, and the body."""
+    return next((group, span) for group in groups for span in group.bodies if span.name == name)
 
 
 def common_schedule(groups: Sequence[Group]) -> int:

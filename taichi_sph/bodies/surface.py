@@ -102,9 +102,10 @@ class Surface:
     def grip(self, span: Span, point: np.ndarray, radius: float | None) -> tuple[np.ndarray, np.ndarray]:
         """What holds a point (3,) [m] of the reference: numbers of the movers in the group, and the (3,) arm of the point from them.
 
-        radius [m]: all movers within that of the point instead of the nearest one, where a body has many.
+        radius [m]: all movers within that of the point instead of the nearest one, where a body has many. Written by kinds of body with
+        `holds_springs`.
         """
-        raise NotImplementedError
+        raise NotImplementedError(f"bodies of the kind '{self.group.kind}' hold springs, and their surface has no `grip`")
 
     def look(self, port: Any, places: bool) -> None:
         """Speed of the fastest point of each body; with `places` also where all elements are, and the shape of the discs of those bodies

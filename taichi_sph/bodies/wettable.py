@@ -7,13 +7,14 @@ Each kind of body writes its own points into a range of rows (`lay`) and takes t
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from .. import runtime
 from ..pool import Pool
 from ..runtime import ti
+from .body import Group
 
 
 class SurfacePoints(Pool):
@@ -90,16 +91,6 @@ class Wettable(Protocol):
         ...
 
 
-class Wets(Protocol):
-    """A group that has points to be wetted."""
-
-    def wettables(self, name: str, spacing: float, meets: Callable[[str], bool]) -> Sequence[Wettable]:
-        """Its points, about `spacing` [m] apart where the group is free to choose; name: of the pools that they need; meets: whether
-        a body of that name is met at all. Points of bodies that are not met stay out: how far they go would tell when lists are made."""
-        ...
-
-
-def wettables(groups: Sequence[Any], name: str, spacing: float, meets: Callable[[str], bool]) -> list[Wettable]:
+def wettables(groups: Sequence[Group], name: str, spacing: float, meets: Callable[[str], bool]) -> list[Wettable]:
     """The points of all groups that have some."""
-    able = [group for group in groups if hasattr(group, "wettables")]
-    return [one for k, group in enumerate(able, start=1) for one in group.wettables(f"{name}.surface_{k}", spacing, meets)]
+    return [one for k, group in enumerate(groups, start=1) for one in group.wettables(f"{name}.surface_{k}", spacing, meets)]

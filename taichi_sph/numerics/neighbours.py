@@ -44,7 +44,7 @@ class Neighbours(Pool):
         self.number = self.field("number", n, dtype="i32", doc="of neighbours, the point itself included")
         self.built = self.field("built", n, 3, "f64", unit="m", keeps=True, doc="x when the lists were built")
         self.blocks = -(-n // BLOCK)
-        self.extreme = self.field("extreme", self.blocks, 8, "f64", unit="m", doc="of the displacements since then, by block")
+        self.extreme = self.field("extreme", self.blocks, 6, "f64", unit="m", doc="of the displacements since then, by block")
         self._widen(4.19 * (reach / spacing) ** 3)
 
     def order(self) -> None:
@@ -71,12 +71,12 @@ class Neighbours(Pool):
         self.list()
         runtime.put(self.x, now)
 
-    def moved(self) -> tuple[float, float]:
-        """How far two points can have moved relative to each other, and one at most, since the lists were built [m]."""
+    def moved(self) -> float:
+        """How far two points can have moved relative to each other since the lists were built [m]."""
         _extremes(self, self.n, self.blocks)
         e = runtime.get(self.extreme, self.blocks)
         low, high = e[:, :3].min(axis=0), e[:, 3:6].max(axis=0)
-        return float(np.linalg.norm(high - low)), float(math.sqrt(e[:, 6].max()))
+        return float(np.linalg.norm(high - low))
 
     def _widen(self, most: float) -> None:
         """Room for `most` neighbours and a quarter more."""
@@ -164,13 +164,10 @@ def _extremes(nb: ti.template(), n: ti.i32, blocks: ti.i32):
     for b in range(blocks):
         low = ti.Vector([ti.math.inf, ti.math.inf, ti.math.inf], ti.f64)
         high = -low
-        far = ti.cast(0.0, ti.f64)
         for i in range(b * BLOCK, ti.min(n, (b + 1) * BLOCK)):
             d = nb.x[i] - nb.built[i]
             low = ti.min(low, d)
             high = ti.max(high, d)
-            far = ti.max(far, d.norm_sqr())
         for c in ti.static(range(3)):
             nb.extreme[b][c] = low[c]
             nb.extreme[b][3 + c] = high[c]
-        nb.extreme[b][6] = far

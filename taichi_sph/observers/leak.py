@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from .. import runtime
-from ..bodies.body import Span
+from ..bodies.body import Span, holding
 from ..pool import Pool
 
 if TYPE_CHECKING:
@@ -171,8 +171,5 @@ class LeakGauge(Pool):
 def gauges(scene: Scene, groups: Sequence[Any]) -> list[LeakGauge]:
     """One for each fluid that fills a shell; where there are several their histories are called by the fluids."""
     filled = [(fluid, tank) for fluid in scene.fluids if (tank := getattr(fluid.fill, "shell", None)) is not None]
-
-    def holds(name: str) -> Any:
-        return next(group for group in groups if name in [body.name for body in group.bodies])
-
-    return [LeakGauge("leak" if len(filled) == 1 else f"leak_{f.name}", holds(tank), tank, holds(f.name), f.name) for f, tank in filled]
+    called = {fluid.name: "leak" if len(filled) == 1 else f"leak_{fluid.name}" for fluid, _ in filled}
+    return [LeakGauge(called[f.name], holding(groups, tank)[0], tank, holding(groups, f.name)[0], f.name) for f, tank in filled]

@@ -86,7 +86,7 @@ class RunFolder:
 
     def bodies(self) -> list[str]:
         """Names of the bodies that have frames, in the scene's order, then by name."""
-        order = [body.name for body in (*self.scene.shells, *self.scene.others)]
+        order = [body.name for body in self.scene.bodies]
         found = {p.stem for p in (self.path / "frames").glob("*" + SUFFIX)}
         return [n for n in order if n in found] + sorted(found - set(order))
 

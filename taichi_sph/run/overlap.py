@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..bodies.fluid.fill import CONTACT, Filling
+from ..bodies.fluid.fill import CONTACT, PINBALL, Filling
 from ..couplings.contact.said import meeting
 from ..errors import SceneError
 from ..geometry.cuts import cells_cut
@@ -21,7 +21,6 @@ from ..geometry.mesh import SurfaceMesh
 from ..scene import Scene, Shell
 from ..scene.units import show
 
-BEHIND = 0.25  # of D_0: radius of a particle where pressure carries the fluid (couplings/contact)
 ROUNDING = 1e-3  # of the skin
 SAME_PLACE = 0.5  # of D_0: two particles nearer than that fill one place
 
@@ -81,7 +80,7 @@ def check_overlaps(scene: Scene, meshes: Mapping[str, SurfaceMesh], fillings: Ma
     def wet(name: str, sound: bool) -> Balls:
         """A fluid's particles, against sound discs, or against lips and pinballs."""
         filling = fillings[name]
-        share = BEHIND if thin[name] else CONTACT["pinballs"] if sound else CONTACT[None]
+        share = PINBALL if thin[name] else CONTACT["pinballs"] if sound else CONTACT[None]
         return Balls(filling.points, np.full(len(filling.points), share * filling.spacing))
 
     boxes = {name: _box(ball.centres, ball.radii.max()) for name, ball in balls.items()}

@@ -318,20 +318,27 @@ def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
     sizes = {name: (extent(mesh.points), extent(mesh.centres)) for name, mesh in meshes.items()}
     for key in ("forces", "moments", "motions", "initial"):
         for number, load in enumerate(getattr(scene, key)):
-            points = meshes[load.body].points
-            caught = inside(load.where, points, sizes[load.body][0])
+            body, mesh = scene.body(load.body), meshes.get(load.body)
+            points = body.places() if mesh is None else mesh.points
+            if points is None:
+                continue
+            caught = inside(load.where, points, None if mesh is None else sizes[load.body][0])
             if not caught.any():
                 low, high = points.min(axis=0), points.max(axis=0)
+                where = f"{key}[{number}].where catches no"
+                if mesh is None and len(points) == 1:
+                    there = ", ".join(f"{a} {show(at, 'm')}" for a, at in zip("xyz", low))
+                    raise SceneError(f"{where} point of {body.what} '{load.body}', which is at {there}")
                 reach = ", ".join(f"{a} {show(lo, 'm')} to {show(hi, 'm')}" for a, lo, hi in zip("xyz", low, high))
-                raise SceneError(
-                    f"{key}[{number}].where catches no node of shell '{load.body}', which reaches over {reach} with "
-                    f"nodes {show(meshes[load.body].spacing, 'm')} apart"
-                )
+                point, apart = ("point", "") if mesh is None else ("node", f" with nodes {show(mesh.spacing, 'm')} apart")
+                raise SceneError(f"{where} {point} of {body.what} '{load.body}', which reaches over {reach}{apart}")
             if key == "motions":
                 held.setdefault(load.body, []).append((number, caught))
     for number, pressure in enumerate(scene.pressures):
-        mesh = meshes[pressure.body]
-        if pressure.where is not None and not inside(pressure.where, mesh.centres, sizes[pressure.body][1]).any():
+        mesh = meshes.get(pressure.body)
+        if mesh is None or pressure.where is None:
+            continue
+        if not inside(pressure.where, mesh.centres, sizes[pressure.body][1]).any():
             raise SceneError(
                 f"pressures[{number}].where catches no cell of shell '{pressure.body}', whose nodes are {show(mesh.spacing, 'm')} apart"
             )
@@ -343,7 +350,7 @@ def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
                     f"{show(meshes[shell.name].spacing, 'm')} apart"
                 )
     for name, regions in held.items():
-        holder = np.full(len(meshes[name].points), -1)  # the first region that holds a node
+        holder = np.full(len(regions[0][1]), -1)  # the first region that holds a node
         clashes = []
         for place, (_, caught) in enumerate(regions):
             before = holder[caught]
@@ -353,7 +360,7 @@ def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
             i, j = min(clashes)
             raise SceneError(
                 f"motions[{regions[i][0]}] and motions[{regions[j][0]}] both hold {int((regions[i][1] & regions[j][1]).sum())} nodes of "
-                f"shell '{name}': a node can follow one motion, so let the regions not overlap"
+                f"{scene.body(name).what} '{name}': a node can follow one motion, so let the regions not overlap"
             )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, ClassVar, Literal
 
+import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from .units import Dimensionless, Length
@@ -29,6 +30,10 @@ class Body(Frozen):
 
     bears: ClassVar[frozenset[str]] = frozenset()
     what: ClassVar[str] = "body"  # the kind in words
+    holds_springs: ClassVar[bool] = False  # whether a spring can end on it
+    has_nodes: ClassVar[bool] = False  # whether it is made of nodes, among which a spring's radius chooses
+    bounces: ClassVar[bool] = True  # whether a restitution may be said of its meetings
+    soft: ClassVar[bool] = False  # whether it is a filling: two of them part by themselves, without contact
     name: Name
 
     @property
@@ -38,6 +43,10 @@ class Body(Frozen):
     def sizes(self) -> tuple[int, float, float]:
         """Points, mass [kg] and longest step [s] of a body, before it is built: what an estimate takes of a kind that it does not know."""
         return 1, 0.0, math.inf
+
+    def places(self) -> np.ndarray | None:
+        """(N, 3) points at t = 0 [m] among which the regions of loads choose; None of a body that gets its points from a mesh."""
+        return None
 
     def check(self, scene: Any) -> None:
         """ValueError with a sentence that starts with the key, where the body does not fit the rest of the scene."""

@@ -16,7 +16,8 @@ from .base import Frozen
 class Kind:
     """One kind. `key`: where a scene says it ("shells"; "others" and "interactions" hold all kinds without a key of their own, by
     their `kind`). `made`: the function that makes what computes it, or "module:function" where that is loaded when needed: of bodies
-    made(scene, groups so far) -> groups, of couplings made(scene, groups) -> couplings. `rank`: kinds are made in this order.
+    made(scene, groups so far, own) -> groups, of couplings made(scene, groups, own) -> couplings; own: what the scene says of this kind.
+    `rank`: kinds are made in this order.
     """
 
     name: str
@@ -25,16 +26,22 @@ class Kind:
     made: Any
     rank: int = 9
 
+    def own(self, scene: Any) -> tuple[Any, ...]:
+        """What a scene says of this kind, in its order."""
+        said = getattr(scene, self.key) if self.key else ()
+        return tuple(one for one in said if type(one) is self.said and getattr(one, "kind", self.name) == self.name)
+
     def make(self, scene: Any, groups: Any) -> list[Any]:
         """The groups of bodies, or the couplings, of this kind in a scene."""
-        if isinstance(self.made, str):
-            module, _, name = self.made.partition(":")
-            return getattr(import_module(module), name)(scene, groups)
-        return self.made(scene, groups)
+        made = self.made
+        if isinstance(made, str):
+            module, _, name = made.partition(":")
+            made = getattr(import_module(module), name)
+        return made(scene, groups, self.own(scene))
 
 
 class Kinds:
-    """The kinds of one package: `KIND` (or `KINDS`) of the said.py of each of its folders, and the registered ones."""
+    """The kinds of one package: `KIND` of the said.py of each of its folders, and the registered ones."""
 
     def __init__(self, package: str) -> None:
         self.package = package
@@ -47,8 +54,8 @@ class Kinds:
             name = f"{self.package}.{folder.name}.said"
             if not folder.ispkg or find_spec(name) is None:
                 continue
-            said = import_module(name)
-            kinds += getattr(said, "KINDS", ()) or ([said.KIND] if hasattr(said, "KIND") else [])
+            if (kind := getattr(import_module(name), "KIND", None)) is not None:  # a folder that kinds share has none
+                kinds.append(kind)
         return tuple(sorted(kinds, key=lambda kind: kind.rank))
 
     def __call__(self, key: str | None = None) -> tuple[Kind, ...]:

@@ -67,6 +67,7 @@ NOT_YET: dict[str, dict[str, str]] = {
         "damping": "contact takes energy by restitution alone",
     },
     "Meeting": {
+        "friction": _SMOOTH,
         "type": "there is one kind of contact, pinballs with multipliers; no penalty, no surface to surface",
         "penalty": "there is one kind of contact, pinballs with multipliers; no penalty",
         "stiffness": "there is one kind of contact, pinballs with multipliers; no penalty",

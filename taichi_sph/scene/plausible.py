@@ -125,8 +125,9 @@ def _schedule(s: Scene) -> None:
 
 
 def _touches(s: Scene) -> bool:
-    """Whether there is contact in a scene: two bodies that may meet and are not both fluids, or a rigid body, which may meet what comes."""
-    return bool(s.rigids) or any(s.body(a).what != "fluid" or s.body(b).what != "fluid" for a, b in s.pairs())
+    """Whether there is contact in a scene: two bodies that may meet and are not both fillings, or a rigid body, which may meet what
+    comes."""
+    return bool(s.rigids) or any(not (s.body(a).soft and s.body(b).soft) for a, b in s.pairs())
 
 
 def _timeless(s: Scene, key: str) -> None:

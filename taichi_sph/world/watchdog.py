@@ -14,7 +14,7 @@ def look(groups: Sequence[Group], names: Sequence[str], entries: dict[str, float
     """Raise RunStopped when something cannot be true any more. nothing: an energy [J] below which a residual says nothing."""
     for group in groups:
         group.look(now)
-    enough = abs(entries["kinetic"]) + abs(entries["elastic"]) >= nothing
+    enough = not abs(entries["kinetic"]) + abs(entries["elastic"]) < nothing  # what is no number is enough as well
     residual = entries["closed_residual_percent"]
     if enough and (not np.isfinite(residual) or residual > 50.0):
         raise RunStopped(

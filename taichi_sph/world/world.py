@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time as clock
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 
 from .. import runtime
 from ..bodies import kinds as body_kinds
-from ..bodies.body import Now, common_schedule
+from ..bodies.body import Now, common_schedule, holding
 from ..couplings import kinds as coupling_kinds
 from ..errors import RunStopped
 from ..frame import Frame
@@ -26,7 +27,7 @@ from .step import step
 class Clock(Pool):
     """time [s], step; dt, dt_before: the step to come and the one before [s]; injected: energy at t = 0 [J].
 
-    refit: dt is too long now, and changes when all groups are due.
+    refit: dt must become shorter. It does at the next step at which all groups are due.
     """
 
     kept = ("time", "step", "dt", "dt_before", "refit", "injected")
@@ -109,7 +110,7 @@ class World:
 
     def group_of(self, name: str) -> Any:
         """The group of the body of that name."""
-        return next(group for group in self.groups if name in [body.name for body in group.bodies])
+        return holding(self.groups, name)[0]
 
     @property
     def shell(self) -> Any:
@@ -151,13 +152,8 @@ class World:
 
     def _steps(self) -> dict[str, float]:
         """The longest step of the clock by each group, by what rules it [s]."""
-        steps: dict[str, float] = {}
-        for group in self.groups:
-            for rule, longest in group.longest_step().items():
-                steps[rule] = min(longest, steps.get(rule, math.inf))
-        rigid = self._only("rigid")
-        if not steps and rigid is not None:
-            steps = {"the smallest pinball": rigid.alone()}
+        steps = _shortest(group.longest_step() for group in self.groups)
+        steps = steps or _shortest(group.alone() for group in self.groups) or {"a hundredth of the duration": self.scene.duration / 100}
         of_bodies = min(steps.values(), default=math.inf)
         for coupling in self.couplings:
             for rule, longest in coupling.longest_step().items():
@@ -179,7 +175,7 @@ class World:
 
     @property
     def stress_points(self) -> int:
-        return sum(group.stress_points for group in self.groups if hasattr(group, "stress_points"))
+        return sum(group.stress_points for group in self.groups)
 
     @property
     def bytes(self) -> int:
@@ -228,7 +224,7 @@ class World:
     def look(self) -> None:
         """RunStopped when something cannot be true any more."""
         names = [body.name for group in self.groups for body in group.bodies]
-        nothing = min(group.negligible() for group in self.groups)
+        nothing = sum(group.negligible(self.dt) for group in self.groups)
         watchdog.look(self.groups, names, self.energies(), Now(self.time, self.step), nothing)
 
     def advance_to(self, time: float) -> None:
@@ -241,7 +237,7 @@ class World:
         found = summed(self.groups, self.couplings)
         if self.relaxation is not None:  # nothing moves; the loads do their work from increment to increment
             found.kinetic = 0.0
-            found.external = self.relaxation.work + sum(group.pressed() for group in self.groups if hasattr(group, "pressed"))
+            found.external = self.relaxation.work + sum(group.pressed() for group in self.groups)
         return {"time": self.time - self.clock.dt_before, **balance(found, self.clock.injected)}
 
     def status(self) -> dict[str, int]:
@@ -271,16 +267,14 @@ class World:
                 leak.look(self.time)
         found = {leak.name: leak.row for leak in self.leaks}
         for group in self.groups:
-            if hasattr(group, "tracks"):
-                found |= group.tracks(look)
+            found |= group.tracks(look)
         return found
 
     def track_units(self) -> dict[str, dict[str, str]]:
         """Units of the columns of each history in `tracks`."""
         found = {leak.name: UNITS for leak in self.leaks}
         for group in self.groups:
-            if hasattr(group, "tracks"):
-                found |= dict.fromkeys(group.tracks(look=False), group.track_units)
+            found |= dict.fromkeys(group.tracks(look=False), group.track_units)
         return found
 
     def contact_report(self) -> dict[str, float] | None:
@@ -300,8 +294,10 @@ class World:
         parts = [*self.groups, *self.couplings, *([self.relaxation] if self.relaxation is not None else [])]
         return [self.clock, *(pool for part in parts for pool in part.pools()), *self.leaks]
 
-    # last parts of names in `state`: what may be no finite number, for it has not happened yet
-    unset = frozenset({"rupture_time", "measured"})
+    @property
+    def unset(self) -> frozenset[str]:
+        """Last parts of names in `state`: what may be no finite number, for it has not happened yet."""
+        return frozenset(name for pool in self.pools for name in pool.unset)
 
     def state(self) -> dict[str, np.ndarray]:
         """All that is history, for a checkpoint."""
@@ -310,3 +306,12 @@ class World:
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Continue exactly from `state()`; SceneError, and nothing is touched, where it does not fit."""
         restore_all(self.pools, state)
+
+
+def _shortest(said: Iterable[dict[str, float]]) -> dict[str, float]:
+    """Of steps by what rules them [s] the shortest of each rule."""
+    steps: dict[str, float] = {}
+    for one in said:
+        for rule, longest in one.items():
+            steps[rule] = min(longest, steps.get(rule, math.inf))
+    return steps

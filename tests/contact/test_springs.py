@@ -47,7 +47,7 @@ def test_a_ball_on_a_spring_swings_with_its_period():
     omega = math.sqrt(K / M)
     assert rows[:, 1] == pytest.approx(np.sin(omega * rows[:, 0]) / omega, abs=0.02 / omega)
     energies = sim.energies()
-    assert abs(energies["closed_residual_percent"]) < 0.1 and energies["elastic"] > 0
+    assert abs(energies["closed_residual_percent"]) < 1e-9 and energies["elastic"] > 0
     assert sim.dt_rule == "springs" and sim.dt <= 0.1 * 2 / omega
 
 
@@ -59,7 +59,7 @@ def test_damping_takes_what_the_closed_form_says():
     assert rows[:, 1] == pytest.approx(np.exp(-delta * t) * np.sin(omega * t) / omega, abs=0.02 / omega)
     energies = sim.energies()
     assert energies["damped"] == pytest.approx(0.5 * M * (1 - math.exp(-2 * delta)), rel=0.05)
-    assert abs(energies["closed_residual_percent"]) < 0.2
+    assert abs(energies["closed_residual_percent"]) < 1e-9
 
 
 @pytest.mark.parametrize(("only", "free"), [("pull", -1.0), ("push", 1.0)])
@@ -149,3 +149,13 @@ def test_a_restart_goes_on_exactly():
         return world([spring], [ball("a", 0.0, 1.0, velocity=(-1, 0.3, 0)), ball("b", 0.4, 3.0, spin=(0, 0, 5.0))])
 
     restarts_exactly(start, 30, 30)
+
+
+def test_the_watchdog_is_not_woken_by_rounding():
+    """Balls at rest on a spring of their own distance, but for its last bit: 1e-28 J come and go, which is no energy from nowhere."""
+    spring = Spring(name="s", between=("a", "b"), points=((0.1, 0, 0), (0.4, 0, 0)), length=0.3, stiffness=1e6)
+    sim = world([spring], [ball("a", 0.1, M), ball("b", 0.4, M)], duration=0.1)
+    sim.advance(200)
+    energies, nothing = sim.energies(), sum(group.negligible(sim.dt) for group in sim.groups)
+    print({k: energies[k] for k in ("kinetic", "elastic", "closed_residual_percent")}, nothing)
+    assert 0.0 < abs(energies["kinetic"]) + energies["elastic"] < nothing < 1e-15

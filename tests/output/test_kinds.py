@@ -21,7 +21,7 @@ def full(tmp_path_factory) -> RunFolder:
 
 
 def test_bodies_of_all_kinds_come_back(full) -> None:
-    assert full.bodies() == ["tank", "ball", "water"]
+    assert full.bodies() == ["tank", "water", "ball"]
     assert {k: [f.name for f in full.of_kind(k)] for k in ("shell", "rigid", "fluid")} == {
         "shell": ["tank"],
         "rigid": ["ball"],

@@ -81,7 +81,7 @@ BAD = [
     ({"meetings.0.between": ["first", "secnd"]}, "meetings[0].between: there is no body 'secnd'; did you mean 'second'?"),
     ({"meetings.0.between": ["first", "first"]}, "meetings[0].between: 'first' twice"),
     ({"meetings.0.between": ["first", "water_left"]}, "meetings[0].restitution is of solids; fluid 'water_left' bounces by its pressure"),
-    ({"meetings.0.friction": 0.3}, "meetings[0].friction = 0.3 is not possible yet"),
+    ({"meetings.0.friction": 0.3}, "meetings[0].friction: not possible yet: bodies slide on each other without friction"),
     ({"meetings.1": {"between": ["second", "first"]}}, "meetings[1]: 'second' and 'first' have a meeting already"),
     ({"springs.0.between": [None, None]}, "springs[0].between names no body"),
     ({"springs.0.between": ["left", "water_left"]}, "springs[0].between: 'water_left' is a fluid, which holds no spring"),
@@ -184,8 +184,8 @@ class Rope(Frozen):
 
 @pytest.fixture
 def toys():
-    bodies.register(Kind("toy", "others", Toy, lambda scene, groups: [scene.body("t")]))
-    couplings.register(Kind("rope", "interactions", Rope, lambda scene, groups: []))
+    bodies.register(Kind("toy", "others", Toy, lambda scene, groups, own: list(own)))
+    couplings.register(Kind("rope", "interactions", Rope, lambda scene, groups, own: []))
     yield
     bodies.kinds.registered.clear()
     couplings.kinds.registered.clear()

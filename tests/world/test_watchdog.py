@@ -1,9 +1,14 @@
 """Nonsense is stopped with a sentence."""
 
+import math
+
 import numpy as np
 import pytest
 
+from taichi_sph.bodies.body import Entries, Now, Rest
 from taichi_sph.errors import RunStopped
+from taichi_sph.world import watchdog
+from taichi_sph.world.ledger import balance
 
 from ..plates import plate_scene, put, start
 
@@ -43,3 +48,19 @@ def test_faster_than_sound(sim):
     with pytest.raises(RunStopped) as stopped:
         sim.look()
     assert "node 23" in str(stopped.value) and f"({place}) mm" in str(stopped.value) and "sound speed" in str(stopped.value)
+
+
+def balanced(kinetic: float, external: float, nothing: float) -> None:
+    """A look at a group of that energy, which was given so much."""
+    watchdog.look([Rest()], ["one"], balance(Entries(kinetic, external, {"elastic": 0.0}), 0.0), Now(1e-3), nothing)
+
+
+@pytest.mark.parametrize(("kinetic", "external", "nothing"), [(1.0, 1.0, 0.0), (1e-14, 1e-15, 1e-13), (0.0, 0.0, 0.0)])
+def test_what_was_given_or_is_rounding_passes(kinetic, external, nothing):
+    balanced(kinetic, external, nothing)
+
+
+@pytest.mark.parametrize(("kinetic", "external", "nothing"), [(2.0, 1.0, 0.0), (1e-14, 1e-15, 0.0), (math.nan, 1.0, 1e-13)])
+def test_what_nobody_gave_stops_the_run(kinetic, external, nothing):
+    with pytest.raises(RunStopped, match="'one': energy appears from nowhere"):
+        balanced(kinetic, external, nothing)

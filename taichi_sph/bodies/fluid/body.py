@@ -190,8 +190,7 @@ class FluidBody(Pool):
     def follow(self, dt_before: float) -> bool:
         """Lists that still hold, and records of the particles where they are now; True when they were put in another order. dt_before led
         here [s], 0 at the start."""
-        moved, _ = self.near.moved()
-        worn = moved >= self.skin
+        worn = self.near.moved() >= self.skin
         if worn:
             self.sort()
         self.pairs.pack(dt_before)
@@ -207,11 +206,12 @@ class FluidBody(Pool):
         self.dt = dt
 
     def stable_dt(self) -> float:
-        """Largest stable step [s] (before any safety): LIMIT h / (c + |v|), shorter where a light shell swings against its water.
+        """Largest stable step [s] (before any safety): LIMIT h / (c + |v|) with the finest h, shorter where a light shell swings against
+        its water.
 
         A body of mass m per area between two layers of water swings with omega = c/D sqrt(STIFF (1 + 2 rho D / m)); the one pass of
         fluid_pairs is stable up to omega dt = 0.70 (docs/method.md, 11)."""
-        pace = self.p.spacing / (self.sound + self.fastest())
+        pace = float(self.constants[:, columns.OWN].min()) / (self.sound + self.fastest())
         longest = LIMIT * self.support * pace
         if self.surroundings is not None:
             swings = STIFF * (1.0 + 2.0 * float(self.constants[:, columns.DENSITY].max()) * self.p.spacing / self.surroundings.lightest)

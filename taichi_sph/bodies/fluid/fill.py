@@ -29,10 +29,11 @@ from .said import Fluid, FluidBox
 
 AXES = {"x": 0, "y": 1, "z": 2}
 CONTACT = {None: 0.5, "pinballs": 0.74}  # of D_0: where a particle stands at a sound shell (docs/method.md)
+PINBALL = 0.25  # of D_0: its radius where pressure carries the fluid: contact stands behind it (couplings/wetted)
 PITCHES = tuple(1 + 0.01 * k for k in (0, -1, 1, -2, 2, -3, 3, -4, 4, -5, 5))  # of D: tried until the lattice holds what it should
 ENOUGH, FEW = 0.01, 20_000  # ... to this; above so many particles a row of them does not matter
 CLOSER = 1e-6  # of D: nearer to a wall than this below its distance is rounding
-NEAREST = 0.3  # of D_0: how near to the surface of a wall a particle may come when a filling is evened out; its pinball has 0.25
+NEAREST = 0.3  # of D_0: how near to the surface of a wall a particle may come when a filling is evened out: outside PINBALL
 
 
 @dataclass(frozen=True)

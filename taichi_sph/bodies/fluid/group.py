@@ -24,14 +24,14 @@ FASTEST = 3.0  # speed of a fluid over that of sound in it
 LOOK = 10  # steps between two looks at the speed of a fluid
 
 
-def groups(scene: Scene, others: Sequence[Any]) -> list[FluidGroup]:
+def groups(scene: Scene, others: Sequence[Any], own: Sequence[Fluid]) -> list[FluidGroup]:
     """The groups of the scene's fluids: those that may meet, one through the other, are one. The pools of the second are called "fluid_2"
     and so on. others: the groups so far, shells among them."""
     found: list[list[Fluid]] = []
-    for fluid in scene.fluids:
+    for fluid in own:
         touched = [group for group in found if any(scene.met(fluid.name, one.name).meet for one in group)]
         found = [group for group in found if group not in touched] + [[one for group in touched for one in group] + [fluid]]
-    place = {fluid.name: k for k, fluid in enumerate(scene.fluids)}
+    place = {fluid.name: k for k, fluid in enumerate(own)}
     found = sorted((sorted(group, key=lambda one: place[one.name]) for group in found), key=lambda group: place[group[0].name])
     return [FluidGroup(scene, others, group, f"fluid_{k}" if k > 1 else "fluid") for k, group in enumerate(found, start=1)]
 
@@ -118,6 +118,14 @@ class FluidGroup(Rest):
         found = self.body.energies()
         internal = {"elastic": found["elastic"], "fluid viscous": found["viscous"]}
         return Entries(found["kinetic"], found["external"], internal, {"diffused": found["diffused"], "lag": found["lag"]})
+
+    def negligible(self, dt: float) -> float:
+        """1/2 rho_0 c^2 s^2 over all particles, twice."""
+        rounding = 1e-6 if self.scene.numerics.precision == "f32" else 1e-12
+        masses = self.body.p.masses.tolist()
+        return sum(
+            rounding**2 * mass * span.n * fluid.water.sound**2 for mass, span, fluid in zip(masses, self.body.spans, self.body.fluids)
+        )
 
     def look(self, now: Now) -> None:
         """Speeds: a shock that would throw water at FASTEST c is far beyond any law of state here, and weakly compressible it is not."""

@@ -32,7 +32,7 @@ def even_out(body: Any, axes: Sequence[str], levels: Sequence[float | None]) -> 
     runtime.put(up, np.array([np.eye(3)["xyz".index(axis)] for axis in axes]))
     runtime.put(top, np.array([1e300 if level is None else level - 2.1 * h for level in levels]))
     for _ in range(MOST):
-        if near.moved()[0] >= body.skin:
+        if near.moved() >= body.skin:
             body.sort()
         pairs.pack(0.0)
         body.surroundings.see(True, 0.0)

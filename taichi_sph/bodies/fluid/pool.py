@@ -1,4 +1,4 @@
-"""The pool of fluid particles. Data only, in the order of their cells, which changes: `id` tells who is who."""
+"""The pool of fluid particles: data only. Particles stand in the order of their cells. The order changes; `id` tells who is who."""
 
 from typing import Any
 
@@ -20,20 +20,24 @@ class FluidParticles(Pool):
         """x (N, 3) [m]; masses (B,) of one particle of each fluid [kg]; spacing D_0 [m]; constants (B, columns.COUNT)."""
         super().__init__(name)
         self.n, self.spacing, self.of, self.masses = len(x), spacing, of.astype(np.int32), masses
-        n, new = self.n, self.field
+        n, new = self.n, self._new
+        # what goes along when a particle changes its place: fields, their components (0: a scalar) and first columns in scratch
+        self.moving: list[Any] = []
+        self.components: list[int] = []
+        self.column: list[int] = []
         self.constants = new("constants", len(masses), columns.COUNT, "f64", doc="of each fluid: STIFFNESS to OWN")
-        self.body = new("body", n, dtype="i32", keeps=True, doc="number of its fluid in the group")
+        self.body = new("body", n, dtype="i32", keeps=True, doc="number of its fluid in the group", moves=True)
         # f64 always, or a step would be lost in its rounding
-        self.x = new("x", n, 3, "f64", unit="m", keeps=True, doc="place")
-        self.v = new("v", n, 3, unit="m/s", keeps=True, doc="velocity at the half step before")
-        self.mass = new("mass", n, unit="kg", doc="mass of the particle")
-        self.s = new("s", n, keeps=True, doc="rho / rho_0 - 1")
-        self.rate = new("rate", n, unit="1/s", keeps=True, doc="of s, over the step before")
-        self.rate_before = new("rate_before", n, unit="1/s", keeps=True, doc="of s, over the step before that one")
-        self.missed = new("missed", n, unit="Pa", keeps=True, doc="pressure that the density gives, less the one that acted")
+        self.x = new("x", n, 3, "f64", unit="m", keeps=True, doc="place", moves=True)
+        self.v = new("v", n, 3, unit="m/s", keeps=True, doc="velocity at the half step before", moves=True)
+        self.mass = new("mass", n, unit="kg", doc="mass of the particle", moves=True)
+        self.s = new("s", n, keeps=True, doc="rho / rho_0 - 1", moves=True)
+        self.rate = new("rate", n, unit="1/s", keeps=True, doc="of s, over the step before", moves=True)
+        self.rate_before = new("rate_before", n, unit="1/s", keeps=True, doc="of s, over the step before that one", moves=True)
+        self.missed = new("missed", n, unit="Pa", keeps=True, doc="pressure that the density gives, less the one that acted", moves=True)
         self.force = new("force", n, 3, unit="N", doc="pressure, viscosity, gravity")
         self.push = new("push", n, 3, unit="N", doc="contact; whoever writes it writes every particle")
-        self.id = new("id", n, dtype="i32", keeps=True, doc="number at the start")
+        self.id = new("id", n, dtype="i32", keeps=True, doc="number at the start", moves=True)
         self.pair = new("pair", n, 8, doc="x y z D | v p: what a neighbour needs, one line of the cache in f64")
         # energies so far belong to places in the pool, not to particles: only their sums mean something
         self.viscous = new("viscous", n, dtype="f64", unit="J", keeps=True, doc="taken by viscosity")
@@ -41,10 +45,20 @@ class FluidParticles(Pool):
         self.lag = new("lag", n, dtype="f64", unit="J", keeps=True, doc="taken because pressure acts with an extrapolated density")
         self.work = new("work", n, dtype="f64", unit="J", keeps=True, doc="done by walls, up to time n")
         self.ahead = new("ahead", n, dtype="f64", unit="J", keeps=True, doc="what walls do on the way to n + 1")
-        self.kinetic = new("kinetic", n, unit="J", keeps=True, doc="of the last step")
-        self.scratch = new("scratch", n, 16, "f64", doc="while the particles change their order")
+        self.kinetic = new("kinetic", n, unit="J", keeps=True, doc="of the last step", moves=True)
+        wide = max(16, sum(max(size, 1) for size in self.components))  # 16: two lines of the cache
+        self.scratch = new("scratch", n, wide, "f64", doc="while the particles change their order")
         runtime.put(self.constants, constants)
         self.place(x)
+
+    def _new(self, name: str, n: int, vector: int = 0, dtype: str = "real", moves: bool = False, **said: Any) -> Any:
+        """A field. moves: its rows belong to the particles and change places with them."""
+        made = self.field(name, n, vector, dtype, **said)
+        if moves:
+            self.column.append(sum(max(size, 1) for size in self.components))
+            self.moving.append(made)
+            self.components.append(vector)
+        return made
 
     @property
     def one(self) -> float:
@@ -66,28 +80,19 @@ class FluidParticles(Pool):
 
 @ti.kernel
 def _reorder(f: ti.template(), source: ti.template(), n: ti.i32):
+    """scratch is f64: whole numbers and single precision pass through it unchanged."""
     for k in range(n):
         i = source[k]
-        for c in ti.static(range(3)):
-            f.scratch[k][c] = f.x[i][c]
-            f.scratch[k][3 + c] = f.v[i][c]
-        f.scratch[k][6] = f.s[i]
-        f.scratch[k][7] = f.rate[i]
-        f.scratch[k][8] = f.rate_before[i]
-        f.scratch[k][9] = f.missed[i]
-        f.scratch[k][10] = f.id[i]
-        f.scratch[k][11] = f.mass[i]
-        f.scratch[k][12] = f.kinetic[i]
-        f.scratch[k][13] = f.body[i]
+        for m in ti.static(range(len(f.moving))):
+            if ti.static(f.components[m] > 0):
+                for c in ti.static(range(f.components[m])):
+                    f.scratch[k][f.column[m] + c] = f.moving[m][i][c]
+            else:
+                f.scratch[k][f.column[m]] = f.moving[m][i]
     for k in range(n):
-        for c in ti.static(range(3)):
-            f.x[k][c] = f.scratch[k][c]
-            f.v[k][c] = ti.cast(f.scratch[k][3 + c], float)
-        f.s[k] = ti.cast(f.scratch[k][6], float)
-        f.rate[k] = ti.cast(f.scratch[k][7], float)
-        f.rate_before[k] = ti.cast(f.scratch[k][8], float)
-        f.missed[k] = ti.cast(f.scratch[k][9], float)
-        f.id[k] = ti.cast(f.scratch[k][10], ti.i32)
-        f.mass[k] = ti.cast(f.scratch[k][11], float)
-        f.kinetic[k] = ti.cast(f.scratch[k][12], float)
-        f.body[k] = ti.cast(f.scratch[k][13], ti.i32)
+        for m in ti.static(range(len(f.moving))):
+            if ti.static(f.components[m] > 0):
+                for c in ti.static(range(f.components[m])):
+                    f.moving[m][k][c] = ti.cast(f.scratch[k][f.column[m] + c], f.moving[m].dtype)
+            else:
+                f.moving[m][k] = ti.cast(f.scratch[k][f.column[m]], f.moving[m].dtype)

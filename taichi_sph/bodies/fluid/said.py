@@ -77,9 +77,12 @@ class Fluid(Body):
     artificial viscosity (T 1.24), `delta` the diffusion of density (docs/method.md). `hydrostatic`: at rest under the
     gravity of the scene from the start, the highest particle without pressure. `contact` with shells and rigid bodies: None by its
     pressure, with pinballs behind it (couplings/wetted/wetted.py), or by pinballs alone (T 3.3), whose plastic blows take energy.
-    `every`: steps of the shell between two of the fluid, whose pressure it then feels as one blow of so many (docs/method.md); None: 1."""
+    `every`: steps of the clock between two of the fluid. Other bodies feel its pressure as one blow for all of them (docs/method.md);
+    None: 1."""
 
     what: ClassVar[str] = "fluid"
+    bounces: ClassVar[bool] = False
+    soft: ClassVar[bool] = True
 
     fill: Annotated[FluidBox | ShellFill, Field(discriminator="kind")]
     water: Water = Water()
@@ -186,4 +189,4 @@ def _walls(fluid: Fluid, scene: Any) -> None:
                 )
 
 
-KIND = Kind("fluid", "fluids", Fluid, "taichi_sph.bodies.fluid.group:groups", rank=2)
+KIND = Kind("fluid", "fluids", Fluid, "taichi_sph.bodies.fluid.group:groups", rank=3)

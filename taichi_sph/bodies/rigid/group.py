@@ -14,12 +14,13 @@ from ...scene.schema import Scene
 from ..body import Entries, Group, Now, Rest, Span
 from .pool import RigidBodies, move, rest, spins
 from .port import RigidSurface
+from .said import Rigid
 from .surface import RigidPoints
 
 
-def groups(scene: Scene, others: Sequence[Group] = ()) -> list[RigidGroup]:
+def groups(scene: Scene, others: Sequence[Group], own: Sequence[Rigid]) -> list[RigidGroup]:
     """All rigid bodies of the scene are one group."""
-    return [RigidGroup(scene)] if scene.rigids else []
+    return [RigidGroup(scene)] if own else []
 
 
 class RigidGroup(Rest):
@@ -35,9 +36,6 @@ class RigidGroup(Rest):
             mass = np.array([body.mass for body in scene.rigids])
             runtime.put(self.rigids.weight, mass[:, None] * np.asarray(scene.gravity))
 
-    def start(self) -> None:
-        """All is there."""
-
     def force(self, now: Now) -> None:
         rest(self.rigids, self.rigids.n)
         self.rigids.lead(now.time + 0.5 * now.dt)
@@ -45,8 +43,8 @@ class RigidGroup(Rest):
     def move(self, now: Now) -> None:
         move(self.rigids, self.rigids.n, now.dt_before, now.dt)
 
-    def alone(self) -> float:
-        """The step [s] of rigid bodies that nothing else rules: no point moves by more than a twentieth of the smallest pinball."""
+    def alone(self) -> dict[str, float]:
+        """No point moves by more than a twentieth of the smallest pinball."""
         radius = min(p.radius for body in self.scene.rigids for p in body.pinballs)
         gravity = float(np.linalg.norm(self.scene.gravity or (0.0, 0.0, 0.0)))
         speed = 0.0
@@ -55,11 +53,17 @@ class RigidGroup(Rest):
             going = 1.0 if body.driven is None else body.driven.fastest
             way = body if body.driven is None else body.driven
             speed = max(speed, going * float(np.linalg.norm(way.velocity) + reach * np.linalg.norm(way.spin)))
-        return min(0.05 * radius / (speed + gravity * self.scene.duration + 1e-300), self.scene.duration / 100)
+        longest = min(0.05 * radius / (speed + gravity * self.scene.duration + 1e-300), self.scene.duration / 100)
+        return {"the smallest pinball": longest}
 
     def entries(self) -> Entries:
         kinetic, work = (float(runtime.get(field, self.rigids.n).sum()) for field in (self.rigids.kinetic, self.rigids.work))
         return Entries(kinetic, work)
+
+    def negligible(self, dt: float) -> float:
+        """1/2 m v^2, with v a millionth of a millionth of the way from the origin in a step: places are no finer."""
+        far = [max(np.abs(p.centre).max() + p.radius for p in body.pinballs) for body in self.scene.rigids]
+        return sum(0.5 * body.mass * (1e-12 * way / dt) ** 2 for body, way in zip(self.scene.rigids, far))
 
     def look(self, now: Now) -> None:
         x = runtime.get(self.rigids.x, self.rigids.n)

@@ -14,8 +14,9 @@ from .said import Rigid
 
 class RigidBodies(Pool):
     """State: x, v, q, L (v and L at the half step before); force and torque are overwritten each step, and f_max keeps the
-    largest force until it is taken (`hardest`). Turning is kept as angular momentum in space, which contact alone changes,
-    so that a tumbling body neither gains nor loses any.
+    largest force until it is taken (`hardest`). `force` holds the whole blow of a slow fluid. `felt` = `force` + `spread` is that blow
+    shared evenly over its steps. Turning is kept as angular momentum in space, which contact alone changes, so that a tumbling body
+    neither gains nor loses any.
 
     Of its pinballs: ball_body (B,), ball_arm (B, 3) [m] from the centre of mass at t = 0, ball_radius (B,) [m],
     ball_reference (B, 3) [m].
@@ -36,8 +37,8 @@ class RigidBodies(Pool):
         self.q = field("q", 4, "", "quaternion (w, x, y, z) of the turn from t = 0 to now", True)
         self.L = field("L", 3, "kg m2/s", "angular momentum about the centre of mass, at the half step before", True)
         self.force = field("force", 3, "N", "of water and contact", True)
-        self.spread = field("spread", 3, "N", "what `felt` has beside `force`: a blow in `force` stands for several steps")
-        self.felt = field("felt", 3, "N", "of water and contact, each blow spread over the steps that it stands for", True)
+        self.spread = field("spread", 3, "N", "felt - force: `force` holds the whole blow of a slow fluid, `felt` its even share")
+        self.felt = field("felt", 3, "N", "force + spread: of water and contact, a blow shared evenly over its steps", True)
         self.f_max = field("f_max", 0, "N", "largest |felt| of the steps since it was last taken", True)
         self.torque = field("torque", 3, "N m", "about the centre of mass", True)
         self.weight = field("weight", 3, "N", "gravity")

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, StrictBool, model_validator
 
 from ...scene.base import Body, Frozen, Point
-from ...scene.histories import History, Step
+from ...scene.histories import History, Step, factor
 from ...scene.kinds import Kind
 from ...scene.units import Dimensionless, Inertia, Length, Mass, Speed, Spin
 
@@ -37,15 +37,13 @@ class Driven(Frozen):
 
     def at(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """(3,) velocity [m/s] and (3,) spin [rad/s]."""
-        times, factors = np.array(self.history.points).T
-        last = np.searchsorted(times, time, side="right") - 1  # where two points stand at one time the later one holds
-        factor = factors[0] if last < 0 else factors[-1] if last == len(times) - 1 else np.interp(time, times[last:], factors[last:])
-        return factor * np.array(self.velocity), factor * np.array(self.spin)
+        now = factor(self.history.points, time)
+        return now * np.array(self.velocity), now * np.array(self.spin)
 
     @property
     def fastest(self) -> float:
         """Largest factor of the history, by size."""
-        return max(abs(factor) for _, factor in self.history.points)
+        return max(abs(value) for _, value in self.history.points)
 
 
 class Rigid(Body):
@@ -58,6 +56,7 @@ class Rigid(Body):
     """
 
     what: ClassVar[str] = "rigid body"
+    holds_springs: ClassVar[bool] = True
 
     pinballs: Annotated[tuple[Pinball, ...], Field(min_length=1, max_length=100_000)]
     mass: Annotated[Mass, Field(gt=0)]
@@ -120,4 +119,4 @@ class Rigid(Body):
         scene.in_time("rigid bodies move", "rigids")
 
 
-KIND = Kind("rigid", "rigids", Rigid, "taichi_sph.bodies.rigid.group:groups", rank=1)
+KIND = Kind("rigid", "rigids", Rigid, "taichi_sph.bodies.rigid.group:groups", rank=2)

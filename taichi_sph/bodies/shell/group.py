@@ -251,10 +251,10 @@ class ShellGroup(Rest):
                     " violent for this spacing: lower numerics.time_step_safety or the load"
                 )
 
-    def negligible(self) -> float:
-        """That of the body that has the least of it."""
+    def negligible(self, dt: float) -> float:
+        """1/2 E strain^2 over all shells, twice."""
         rounding = 1e-6 if self.scene.numerics.precision == "f32" else 1e-12
-        return min(rounding**2 * body.said.material.young * body.said.thickness * float(body.mesh.areas.sum()) for body in self.shells)
+        return sum(rounding**2 * body.said.material.young * body.said.thickness * float(body.mesh.areas.sum()) for body in self.shells)
 
     def frames(self) -> list[BodyFrame]:
         """The shells now: see BodyFrame for names and units."""

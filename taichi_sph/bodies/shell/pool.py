@@ -43,7 +43,9 @@ class StressPoints(Pool):
         self.a1 = self.field("a1", n, nodes.dim, doc="X_,1 of the reference; a1 and a2 are orthonormal")
         self.a2 = self.field("a2", n, nodes.dim, doc="X_,2 of the reference")
         self.broken = self.field("broken", n, dtype="i32", doc="1: carries nothing any more", keeps=True, shown="broken")
-        self.rupture_time = self.field("rupture_time", n, dtype="f64", unit="s", doc="nan while sound", keeps=True, shown="rupture_time")
+        self.rupture_time = self.field(
+            "rupture_time", n, dtype="f64", unit="s", doc="nan while sound", keeps=True, shown="rupture_time", unset=True
+        )
         self.damage = self.field("damage", n, doc="D, as the law alone would have it", keeps=True)
         self.delayed = self.field("delayed", n, doc="D_r <= D, what the stress feels (T 2.73)", keeps=True, shown="damage")
         self.strain = self.field(

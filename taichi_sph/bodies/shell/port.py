@@ -8,6 +8,7 @@ from ...runtime import ti
 from ..body import Now, Span
 from ..nodal.loads import history
 from ..surface import Discs, Surface
+from .surface import place
 
 
 class ShellSurface(Surface):
@@ -43,12 +44,6 @@ class ShellSurface(Surface):
         _take(port, self.nodes, first, last, self.first.mover, 1.0 / now.kick)
 
 
-@ti.func
-def _place(nodes: ti.template(), i):
-    """Where node i is [m], f64."""
-    return nodes.X[i] + ti.cast(nodes.u[i], ti.f64)
-
-
 @ti.kernel
 def _look(
     port: ti.template(), nodes: ti.template(), cells: ti.template(), n: ti.i32, bodies: ti.i32, body: ti.i32, disc: ti.i32, thin: ti.i32,
@@ -68,7 +63,7 @@ def _look(
         if speed > port.speed[b]:
             ti.atomic_max(port.speed[b], speed)
         if places == 1:
-            x = _place(nodes, i)
+            x = place(nodes, i)
             port.disc_x[d], port.disc_n[d] = x, ti.cast(nodes.N[i] + nodes.d[i], ti.f64)
             if balls == 1:
                 port.ball_x[thin + i] = x
@@ -88,9 +83,9 @@ def _look(
                                 after = cells.corner[s][(k + 1) % corners]
                                 before = cells.corner[s][(k + corners - 1) % corners]
                                 opposite = cells.corner[s][(k + 2) % corners]
-                                near = ti.max(near, (_place(nodes, after) - x).norm())
-                                near = ti.max(near, (_place(nodes, before) - x).norm())
-                                far = ti.max(far, (_place(nodes, opposite) - x).norm())
+                                near = ti.max(near, (place(nodes, after) - x).norm())
+                                near = ti.max(near, (place(nodes, before) - x).norm())
+                                far = ti.max(far, (place(nodes, opposite) - x).norm())
                 port.disc_sound[d] = sound
                 radius = port.disc_radius[d]
                 if sound == 1:
@@ -109,7 +104,7 @@ def _offer(
 ):  # fmt: skip
     for m in range(first, last):
         i = port.who[m] - base
-        port.x[m] = _place(nodes, i)
+        port.x[m] = place(nodes, i)
         port.director[m] = ti.cast(nodes.N[i] + nodes.d[i], ti.f64)
         port.before[m] = ti.cast(nodes.v[i], ti.f64)
         force = nodes.force[i]

@@ -8,7 +8,6 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, StrictBool, StrictInt, model_validator
 
 from ...scene.base import Body, Choice, Frozen, Point
-from ...scene.kinds import Kind
 from ...scene.materials import Material
 from ...scene.regions import Region
 from ...scene.surfaces import Disc, Given, Plate, Surface
@@ -93,6 +92,8 @@ class Shell(Body):
 
     bears: ClassVar[frozenset[str]] = frozenset({"forces", "moments", "pressures", "motions", "initial", "probes"})
     what: ClassVar[str] = "shell"
+    holds_springs: ClassVar[bool] = True
+    has_nodes: ClassVar[bool] = True
 
     surface: Surface
     thickness: Annotated[Length, Field(gt=0)]
@@ -177,7 +178,7 @@ class Shell(Body):
             raise ValueError(f"{where}.self_contact: shell '{self.name}' moves in its plane; give it motion = 'free'")
         for other in scene.bodies:
             if other is not self and other.meets and scene.met(self.name, other.name).asked is not False:
-                verb = "hold a fluid" if other.what == "fluid" else "be hit"
+                verb = f"hold a {other.what}" if other.soft else "be hit"
                 raise ValueError(
                     f"{scene.key_of(other).partition('[')[0]}: shell '{self.name}' moves in its plane and cannot {verb}; "
                     "give it motion = 'free'"
@@ -229,9 +230,3 @@ def _stays_in_plane(where: str, key: str, load: Any) -> None:
             raise ValueError(f"{where}.{field}.axis must be (0, 0, 1), for shell '{load.body}' moves in its plane (motion = 'in_plane')")
     if any(w is not None for w in getattr(load, "spin", ())):
         raise ValueError(f"{where}.spin: shell '{load.body}' has motion = 'in_plane', its directors do not turn")
-
-
-KINDS = (  # which of them a shell is, its formulation says (`body`)
-    Kind("shell_sph", "shells", Shell, "taichi_sph.bodies.shell_sph.group:groups", rank=0),
-    Kind("shell_fe", "shells", Shell, "taichi_sph.bodies.shell_fe.group:groups", rank=0),
-)

@@ -13,13 +13,14 @@ from ..body import Group
 from ..shell.build import Model, alike
 from ..shell.group import ShellGroup
 from ..shell.pressure import Pressed
+from ..shell.said import Shell
 from .elements import Elements
 from .pressure import CornerPressures
 from .tangent import Tangent
 
 
-def groups(scene: Scene, others: Sequence[Group] = ()) -> list[ElementShells]:
-    """The groups of the scene's shells of finite elements: one for each set of laws."""
+def groups(scene: Scene, others: Sequence[Group] = (), own: Sequence[Shell] = ()) -> list[ElementShells]:
+    """The groups of the scene's shells of finite elements: one for each set of laws. own: shells of every form; `alike` chooses."""
     return [ElementShells(scene, shells, suffix) for suffix, shells in alike(scene, "shell_fe")]
 
 

@@ -28,8 +28,10 @@ from .tangent import Tangent
 from .viscosity import PairViscosity
 
 
-def groups(scene: Scene, others: Sequence[Group] = ()) -> list[ParticleShells]:
-    """The groups of the scene's shells of particles: one for each set of laws. The pools of the second are called "nodes_2" and so on."""
+def groups(scene: Scene, others: Sequence[Group] = (), own: Sequence[Shell] = ()) -> list[ParticleShells]:
+    """The groups of the scene's shells of particles: one for each set of laws. The pools of the second are called "nodes_2" and so on.
+
+    own: shells of every form; `alike` chooses."""
     return [ParticleShells(scene, shells, suffix) for suffix, shells in alike(scene, "shell_sph")]
 
 

@@ -14,10 +14,10 @@ from ..coupling import Coupling
 from ..ports import Port
 from .multipliers import Contact
 from .pairs import Table
-from .said import PinballContact
+from .said import Meeting, PinballContact
 
 
-def couplings(scene: Scene, groups: Sequence[Group]) -> list[ContactCoupling]:
+def couplings(scene: Scene, groups: Sequence[Group], own: Sequence[Meeting]) -> list[ContactCoupling]:
     """Contact, where something can meet something."""
     surfaces = [surface for group in groups if (surface := group.surface()) is not None]
     meets, restitution = meetings(scene, surfaces)

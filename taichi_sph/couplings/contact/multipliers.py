@@ -4,10 +4,10 @@ For each pair of pinballs, with v* the velocities at n+1/2 if there were no cont
 
     c (v* + M^-1 c^T p) >= -<gap>_+ / dt,     p >= 0,     p = 0 where the left side is above the right one
 
-that is b p = w with b = c M^-1 c^T (T 3.15, 3.16) where p > 0, and no force where the bodies part by themselves: the
-rebound of T 3.18, decided together with the forces instead of before them. The gap on the right lets a pair come to touch and no
-further, so penetration stays at the order of what the normals turn in a step. Between two bodies with a restitution the right side is
-Newton's rebound speed. Impulses are equal and opposite on each pair, so linear momentum is kept to rounding.
+Where p > 0 this reads b p = w, with b = c M^-1 c^T (T 3.15, 3.16). Where bodies part by themselves there is no force: this is the
+rebound of T 3.18. T decides on the rebound first; here the solver finds it with the forces. The gap on the right lets a pair come to touch
+and no further. Penetration therefore stays at the order of what the normals turn in a step. Between two bodies with a restitution the right
+side is Newton's rebound speed. Impulses are equal and opposite on each pair, so linear momentum is kept to rounding.
 
 Solved by accelerated projected gradients (Nesterov; Mazhar et al. 2015), each pair scaled by the inverse masses that
 it would see if every mover were split among its pairs (Tonge et al. 2012): that scaling bounds b from above for any set of

@@ -17,7 +17,7 @@ Which loop finds a pair follows from the numbers: few balls are tried against ev
 Candidates are counted and written by their owners in order: the list is the same for any number of threads.
 
 Bodies that pairs link are one part (`root`: the smallest body number in it). The pairs of a part are searched when that part has moved,
-with its own distance and its own grid, so that nothing in a part follows from another one far away.
+with its own distance. Each part counts its own way and has its own grid. So no bit of a part depends on another part.
 """
 
 from collections.abc import Callable

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Annotated, Any, NamedTuple
 
-from pydantic import Field, StrictBool, field_validator
+from pydantic import Field, StrictBool
 
 from ...errors import nearest
 from ...scene.base import Frozen
@@ -41,14 +41,6 @@ class Meeting(Frozen):
     between: tuple[str, str]
     meet: StrictBool = True
     restitution: Annotated[Dimensionless, Field(ge=0, le=1)] | None = None
-    friction: Annotated[Dimensionless, Field(ge=0)] = 0.0
-
-    @field_validator("friction")
-    @classmethod
-    def _slides(cls, value: float) -> float:
-        if value:
-            raise ValueError("is not possible yet: bodies slide on each other without friction; leave it out")
-        return value
 
     def check(self, scene: Any) -> None:
         """Against the rest of the scene."""
@@ -66,9 +58,9 @@ class Meeting(Frozen):
         if self.meet and not (one.meets and other.meets):
             flat = other if one.meets else one
             raise ValueError(f"{where}: {flat.what} '{flat.name}' moves in its plane and cannot be met; give it motion = 'free'")
-        soft = next((body for body in (one, other) if body.what == "fluid"), None)
+        soft = next((body for body in (one, other) if not body.bounces), None)
         if self.restitution is not None and soft is not None:
-            raise ValueError(f"{where}.restitution is of solids; fluid '{soft.name}' bounces by its pressure: leave it out")
+            raise ValueError(f"{where}.restitution is of solids; {soft.what} '{soft.name}' bounces by its pressure: leave it out")
 
 
 def met(scene: Any, one: str, other: str) -> Met:

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from ... import runtime
-from ...bodies.body import Entries, Group, Now
+from ...bodies.body import Entries, Group, Now, holding
 from ...bodies.surface import Surface
 from ...errors import SceneError
 from ...numerics.turns import turned
@@ -39,9 +39,9 @@ from .said import Spring
 BOTH, PULL, PUSH = 0, 1, 2
 
 
-def couplings(scene: Any, groups: Sequence[Group]) -> "list[Springs]":
+def couplings(scene: Any, groups: Sequence[Group], own: Sequence[Spring]) -> "list[Springs]":
     """All springs of the scene are one coupling."""
-    return [Springs(scene, groups)] if scene.springs else []
+    return [Springs(scene, groups)] if own else []
 
 
 class Springs(Coupling):
@@ -50,7 +50,7 @@ class Springs(Coupling):
     def __init__(self, scene: Any, groups: Sequence[Group]):
         springs: tuple[Spring, ...] = scene.springs
         self.safety = scene.numerics.time_step_safety
-        self._of: dict[int, Surface] = {}  # of a group, by its number
+        self._of: dict[Group, Surface] = {}  # of a group that springs hold
         held = [[self._held(groups, name, point, spring) for name, point in zip(spring.between, spring.points)] for spring in springs]
         self.surfaces = sorted(self._of.values(), key=lambda s: s.turns)
         movers = [sorted({int(i) for e in held for g in e if g is not None and g[0] is s for i in g[1]}) for s in self.surfaces]
@@ -67,14 +67,14 @@ class Springs(Coupling):
         """(surface, numbers of the movers in the group, arm of the point) of one end; None on the ground."""
         if name is None:
             return None
-        number, span = next((k, span) for k, g in enumerate(groups) for span in g.bodies if span.name == name)
-        if number not in self._of:
-            surface = groups[number].surface()
+        group, span = holding(groups, name)
+        if group not in self._of:
+            surface = group.surface()
             if surface is None:
-                raise SceneError(f"springs: body '{name}' shows no surface that a spring could hold; give it motion = 'free'")
-            self._of[number] = surface
-        movers, arm = self._of[number].grip(span, np.asarray(point, float), spring.radius)
-        return self._of[number], movers, arm
+                raise SceneError(f"springs: body '{name}' shows no surface that a spring could hold; leave the spring out")
+            self._of[group] = surface
+        movers, arm = self._of[group].grip(span, np.asarray(point, float), spring.radius)
+        return self._of[group], movers, arm
 
     def start(self) -> None:
         """Lengths at t = 0, where a spring names none."""
@@ -114,7 +114,7 @@ class Springs(Coupling):
         return float(runtime.get(self.bonds.stored, self.bonds.n).sum())
 
     def pools(self) -> list[Pool]:
-        return [self.bonds]
+        return [self.ends, self.bonds]
 
 
 class Bonds(Pool):

@@ -51,11 +51,14 @@ class Spring(Frozen):
                 continue
             if name not in names:
                 raise ValueError(f"{where}.between: there is no body '{name}'{nearest(name, names)}")
-            if scene.body(name).what == "fluid":
-                raise ValueError(f"{where}.between: '{name}' is a fluid, which holds no spring")
+            body = scene.body(name)
+            if not body.holds_springs:
+                raise ValueError(f"{where}.between: '{name}' is a {body.what}, which holds no spring")
+            if not body.meets:
+                raise ValueError(f"{where}.between: {body.what} '{name}' moves in its plane, and a spring turns; give it motion = 'free'")
         if self.name in [spring.name for spring in scene.before(self)]:
             raise ValueError(f"{where}.name: '{self.name}' is taken; names of springs name their histories")
-        if self.radius is not None and not any(name is not None and scene.body(name).what != "rigid body" for name in self.between):
+        if self.radius is not None and not any(name is not None and scene.body(name).has_nodes for name in self.between):
             raise ValueError(f"{where}.radius: of the nodes of a shell, and spring '{self.name}' holds none; leave it out")
         scene.in_time("a spring acts", "springs")
 

@@ -13,7 +13,7 @@ from ..coupling import Coupling
 from .wetted import FINE, Wetted
 
 
-def couplings(scene: Any, groups: Sequence[Group]) -> list[WettedCoupling]:
+def couplings(scene: Any, groups: Sequence[Group], own: Sequence[Any]) -> list[WettedCoupling]:
     """One for each group of fluids that its pressure carries, where there is something to wet."""
     found = []
     for fluid in groups:

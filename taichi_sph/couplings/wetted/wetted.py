@@ -5,14 +5,15 @@ integral over the surface, because the gradient of W over a volume is W over its
 
     integral beyond the surface of grad_i W dV = -w_i,     w_i = sum_k W(x_i - x_k) A_k
 
-The sum runs over the points k of the surface (bodies/wettable.py). A_k is the vector area of point k and points into the fluid. The half
-space beyond mirrors the pressure and the normal velocity of the particle itself. T 1.21 and T 1.26 then gain
+The sum runs over the points k of the surface (bodies/wettable.py). A_k is the vector area of point k and points into the fluid. V_i is the
+volume of particle i. The half space beyond mirrors the pressure and the normal velocity of the particle itself. T 1.21 and T 1.26 then gain
 
     div_i = ... + 2 w_i . (v_i - v_k)
     f_i   = ... + V_i (2 p_i + Pi_i) w_i      and each point k its part of the opposite
 
-Pi_i is T 1.24 of the particle against its own image at D/2. The mirror also holds images of the neighbours. Their part along the surface
-is made up by weighing the neighbours on this side more, n being the direction of w_i:
+Pi_i is T 1.24 of the particle against its own image at D/2. The mirror would also show particle i the images of its neighbours. Across the
+wall w_i stands for these images. Along the wall nothing does, so the neighbours that are there count more along the wall: n is the
+direction of w_i, and T_i multiplies what lies across n by 1/gamma_i.
 
     grad W_ij becomes T_i grad W_ij beside v and p_i, and T_j grad W_ij beside p_j,     T_i = 1 + (1/gamma_i - 1) (1 - n n)
 
@@ -25,15 +26,14 @@ blow loses nothing, as it does between pinballs. In a fluid at one pressure the 
 
 A thin point acts on the side where the particle is, half a thickness off its middle. Its action fades out over the last D/10 before its
 middle plane, so that a particle in a hole feels the rim evenly. A shell's points are its nodes with the area of their sound cells as they
-lie now: stretch, holes and petals are in them; a fragment has no cell left and is met by pinballs alone. Where a thin surface lies between
-a particle and a solid one (a striker that still pushes its plug), the solid one's share is what w of the thin one leaves of it.
+lie now: stretch, holes and petals are in them; a fragment has no cell left and is met by pinballs alone. A thin surface may hide a solid
+one: a plug hides the striker that pushes it. The w of the solid surface then counts by 1 - (w_thin . w_solid) / |w_solid|^2, between 0
+and 1.
 
-Particles on the two sides of a wall do not see each other. A pair counts as parted when the normals oppose each other (n_i.n_j < -1/2)
-and the pair lies across the wall (x_ij.(n_i - n_j) > 0). It then counts
-
-    1 - (c_i + c_j) / 2,     c = |w| over that of an even wall without end at the mean distance of the points (at most 1)
-
-Towards a rim or a hole, where both particles see past the edge, c falls with w, and the pair fades in.
+A wall parts two particles when their normals oppose each other (n_i . n_j < -1/2) and the pair lies across the wall
+(x_ij . (n_i - n_j) > 0). Force and rate of such a pair are multiplied by 1 - (c_i + c_j) / 2. The cover c_i is |w_i| over the |w| of an
+even endless wall at the same height, 1 at most. Towards a rim or a hole both particles see past the edge: c falls with w, and the pair
+fades in.
 
 Rigid planes show a particle images of the surfaces as well as of its neighbours. Pinballs stand behind the pressure, at a quarter of D:
 they stop what no pressure stops, and keep a sound wall tight.

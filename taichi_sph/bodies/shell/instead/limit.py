@@ -29,6 +29,7 @@ class LimitSearch(Pool):
     """predicted, measured, thesis [s]."""
 
     kept = ("measured",)
+    unset = ("measured",)
 
     def __init__(self, world: Clocked, group: ShellGroup, steps: int, resolution: float):
         super().__init__("limit")
