@@ -92,10 +92,7 @@ def build(scene: Scene, shells: Sequence[Shell], suffix: str = "", per_cell: int
         node, cell = node + n, cell + m
     mesh = joined([body.mesh for body in bodies])
     bends = shells[0].motion == "free"
-    mass = np.concatenate([body.mesh.node_areas * body.said.thickness * body.said.material.density for body in bodies])
-    inertia = None
-    if bends:
-        inertia = mass * np.concatenate([rotary(body.mesh.node_spacing, body.said.thickness, body.numerics) for body in bodies])
+    mass, inertia = masses(bodies, quarters(bodies))
     numbers = np.arange(len(bodies))
     nodes = Nodes(mesh, mass, inertia, by_node(bodies, numbers), f"nodes{suffix}")
     sections = [Section(body.said.material, body.said.thickness, body.mesh.spacing) for body in bodies]
@@ -111,6 +108,20 @@ def build(scene: Scene, shells: Sequence[Shell], suffix: str = "", per_cell: int
         spared = np.repeat(spared, per_cell)
     points = StressPoints(per_cell * len(mesh.cells), nodes, material, spared, np.repeat(of_cell, per_cell), f"points{suffix}")
     return Model(tuple(bodies), mesh, nodes, Topology(mesh, nodes, f"cells{suffix}"), points, material)
+
+
+def quarters(bodies: Sequence[ShellBody]) -> np.ndarray:
+    """(N,) area that each node owns by its cells alone: a quarter of a quadrangle [m2]."""
+    return np.concatenate([body.mesh.node_areas for body in bodies])
+
+
+def masses(bodies: Sequence[ShellBody], areas: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+    """(N,) masses [kg] and rotary inertias [kg m2] of nodes of areas (N,) [m2]; inertia None where the bodies stay in their plane."""
+    mass = areas * by_node(bodies, [body.said.thickness for body in bodies])
+    mass = mass * by_node(bodies, [body.said.material.density for body in bodies])
+    if bodies[0].said.motion != "free":
+        return mass, None
+    return mass, mass * np.concatenate([rotary(body.mesh.node_spacing, body.said.thickness, body.numerics) for body in bodies])
 
 
 def by_node(bodies: Sequence[ShellBody], values: Any) -> np.ndarray:
@@ -178,22 +189,25 @@ def _loaded(scene: Scene, bodies: Sequence[ShellBody], key: str) -> Iterator[tup
             yield body, load, np.flatnonzero(inside(load.where, body.mesh.points))
 
 
-def node_forces(scene: Scene, bodies: Sequence[ShellBody], dim: int) -> Iterator[tuple]:
-    """For bodies.nodal.loads: (node numbers, (n, dim) forces, history) of every NodalForce, shared by node area, and gravity."""
+def node_forces(scene: Scene, bodies: Sequence[ShellBody], areas: np.ndarray, dim: int) -> Iterator[tuple]:
+    """For bodies.nodal.loads: (node numbers, (n, dim) forces, history) of every NodalForce, shared by the areas (N,) of the nodes, and
+    gravity."""
     for body, load, i in _loaded(scene, bodies, "forces"):
-        share = body.mesh.node_areas[i] / body.mesh.node_areas[i].sum()
+        own = areas[body.nodes.rows][i]
+        share = own / own.sum()
         yield body.nodes.first + i, share[:, None] * np.asarray(load.total)[None, :dim], curve(scene, load.history)
     if scene.gravity is not None:
         for body in bodies:
-            weight = body.mesh.node_areas * body.said.thickness * body.said.material.density
+            weight = areas[body.nodes.rows] * body.said.thickness * body.said.material.density
             numbers = body.nodes.first + np.arange(len(weight))
             yield numbers, weight[:, None] * np.asarray(scene.gravity)[None, :dim], curve(scene)
 
 
-def node_moments(scene: Scene, bodies: Sequence[ShellBody]) -> Iterator[tuple]:
-    """For bodies.nodal.loads: (node numbers, (n, 3) moments, history) of every NodalMoment, shared by node area."""
+def node_moments(scene: Scene, bodies: Sequence[ShellBody], areas: np.ndarray) -> Iterator[tuple]:
+    """For bodies.nodal.loads: (node numbers, (n, 3) moments, history) of every NodalMoment, shared by the areas (N,) of the nodes."""
     for body, load, i in _loaded(scene, bodies, "moments"):
-        share = body.mesh.node_areas[i] / body.mesh.node_areas[i].sum()
+        own = areas[body.nodes.rows][i]
+        share = own / own.sum()
         yield body.nodes.first + i, share[:, None] * np.asarray(load.total)[None, :], curve(scene, load.history)
 
 

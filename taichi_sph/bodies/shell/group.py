@@ -30,10 +30,12 @@ from .build import (
     initial_spin,
     initial_velocity,
     laws,
+    masses,
     node_forces,
     node_moments,
     node_motions,
     pressed_cells,
+    quarters,
 )
 from .metal import thicknesses
 from .port import ShellSurface
@@ -67,12 +69,17 @@ class ShellGroup(Rest):
         self.every = laws(scene, shells[0])[-1]
         self.reducer = Reducer(max(self.nodes.n, self.points.n), f"reduce{suffix}")
         self.internal = self.form(model)
+        areas = self.areas_of_nodes()
+        mass, inertia = masses(self.shells, areas)
+        runtime.put(self.nodes.mass, mass)
+        if inertia is not None:
+            runtime.put(self.nodes.inertia, inertia)
         dim = self.nodes.dim
         self.loads = Loads(
             self.nodes,
-            list(node_forces(scene, self.shells, dim)),
+            list(node_forces(scene, self.shells, areas, dim)),
             list(node_motions(scene, self.shells, dim)),
-            list(node_moments(scene, self.shells)),
+            list(node_moments(scene, self.shells, areas)),
             f"loads{suffix}",
             self.every > 1,
         )
@@ -103,6 +110,10 @@ class ShellGroup(Rest):
     def pressed_by(self, pressed: Sequence[Pressed]) -> SurfacePressures:
         """The pressures on the group."""
         raise NotImplementedError
+
+    def areas_of_nodes(self) -> np.ndarray:
+        """(N,) area that each node owns [m2]: its mass, and its share in a NodalForce."""
+        return quarters(self.shells)
 
     def stiffness(self) -> Stiffness | None:
         """The tangent of the form about any place; None where there is none."""

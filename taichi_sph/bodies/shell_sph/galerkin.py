@@ -43,6 +43,7 @@ from ...pool import Pool
 from ...runtime import ti
 from ..shell.build import Model, bounded_shear, by_cell, by_node, cell_spacing, longest_diagonal
 from ..shell.stress import of_sound_cells, resultants
+from .bearing import bearing
 from .galerkin_reference import references, references_touched, shares, sides, turns, turns_touched
 from .links import Links
 from .slits import slits
@@ -118,6 +119,7 @@ class Galerkin(Pool):
             self.row_couple = self.field("row_couple", self.n_edges + n, 3, unit="N m", doc="as row_force, on directors")
             self.side_couple = self.field("side_couple", 4 * cells.n, 3, unit="N m", doc="as side_force, on directors")
             self.share = self.field("share", 4 * cells.n, doc="w: weights of the sides in the cell's mean")
+            self.bears = self.field("bears", 4 * cells.n, doc="b: shares of the sides in pressure and mass")
             self.own_couple = self.field("own_couple", n, 3, unit="N m", doc="of a residual on its own director")
             self.stiffness_n = self.field("stiffness_n", n, unit="N/m", doc="k_n of sound material")
             self.stiffness_d = self.field("stiffness_d", n, unit="N m", doc="that of directors")
@@ -151,6 +153,7 @@ class Galerkin(Pool):
         runtime.put(self.side0, gradients.reshape(-1, 2))
         runtime.put(self.area0, areas)
         runtime.put(self.share, shares(mesh).reshape(-1))
+        runtime.put(self.bears, bearing(mesh).reshape(-1))
         references(self, self.n_edges, self.cells.n, self.nodes.n)
         # only where two walls meet, or on surfaces of no simple shape, do the directors leave something across
         rounding = 1e-10 if runtime.current().real == ti.f64 else 1e-5
@@ -159,6 +162,19 @@ class Galerkin(Pool):
             self.turn = self.field("turn", self.rows.pairs, unit="1/m", doc="b_ij")
             self.t_turn = self.field("t_turn", self.rows.pairs, unit="1/m", doc="b_ij of the transposed pairs")
             turns(self, self.n_edges, self.nodes.n)
+
+    def areas(self, mesh: SurfaceMesh) -> np.ndarray:
+        """(N,) what a pressure of one on all cells gives each node [m2] (bearing.py). Total and centre of each cell are kept, for the rows
+        reproduce linear fields."""
+        import scipy.sparse
+
+        there = mesh.edges.cell_edges >= 0
+        of_sides = (mesh.areas[:, None] * bearing(mesh))[there]
+        of_edges = np.bincount(mesh.edges.cell_edges[there], of_sides, minlength=self.n_edges)
+        coef, source = (runtime.get(field, self.rows.pairs) for field in (self.rows.coef, self.rows.source))
+        start = runtime.get(self.rows.start, self.rows.n + 1)
+        rows = scipy.sparse.csr_array((coef.astype(np.float64), source, start), shape=(self.rows.n, self.nodes.n))
+        return rows[: self.n_edges].T @ of_edges
 
     def strain(self, dt: float, intact: int = 0) -> None:
         """Edge means, residual forces, stresses and side forces; advances history over dt, and leaves it as it is if dt = 0."""

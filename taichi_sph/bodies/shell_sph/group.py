@@ -17,6 +17,7 @@ from ..shell.build import Model, alike
 from ..shell.group import ShellGroup
 from ..shell.pressure import BOOK, START, Pressed
 from ..shell.said import Shell
+from .bearing import kept_positive
 from .collocation import Collocation
 from .damper import Damper
 from .edge_filter import THESIS_STEP, EdgeFilter
@@ -78,6 +79,13 @@ class ParticleShells(ShellGroup):
     def pressed_by(self, pressed: Sequence[Pressed]) -> SidePressures:
         assert isinstance(self.internal, Galerkin)  # no other form bears a pressure
         return SidePressures(pressed, self.internal, self.cells, f"pressure{self.suffix}")
+
+    def areas_of_nodes(self) -> np.ndarray:
+        """Where the shell bends, what pressures come with. In its plane nothing pushes by cells: quarters do."""
+        if not (isinstance(self.internal, Galerkin) and self.nodes.bends):
+            return super().areas_of_nodes()
+        found = self.internal.areas(self.mesh)
+        return np.concatenate([kept_positive(found[body.nodes.rows], body.mesh.node_areas) for body in self.shells])
 
     def stiffness(self) -> Tangent | None:
         able = isinstance(self.internal, Galerkin) and runtime.current().real == runtime.ti.f64

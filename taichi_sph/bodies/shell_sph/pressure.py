@@ -1,7 +1,7 @@
 """Pressure on the surface of a shell that bends, galerkin form.
 
-The force of a cell acts on the mean position of the cell, which is a sum of edge means with the weights w_e. So each side takes its share
-w_e f_s, and the internal forces carry the shares on to the nodes.
+The force of a cell acts on the mean position of the cell, which is a sum of edge means with the weights b_e (bearing.py). So each side
+takes its share b_e f_s, and the internal forces carry the shares on to the nodes.
 """
 
 from collections.abc import Sequence
@@ -43,7 +43,7 @@ def _press(
             place = x1 * 0.0
             for k in range(cells.n_corners[s]):
                 u = term.edge_u[cells.edge[s][k]]
-                place += term.share[4 * s + k] * u
+                place += term.bears[4 * s + k] * u
                 if follower == 1:
                     g = term.side[4 * s + k]
                     x1 += g[0] * u
@@ -51,7 +51,7 @@ def _press(
             force = p * cells.area[s] * x1.cross(x2)
             if push == 1:
                 for k in range(cells.n_corners[s]):
-                    term.side_force[4 * s + k] += term.share[4 * s + k] * force
+                    term.side_force[4 * s + k] += term.bears[4 * s + k] * force
             if book == BOOK:
                 load.work[q] += 0.5 * (force + load.force[q]).dot(place - load.place[q])
             if book != LEAVE:

@@ -98,6 +98,7 @@ class Tangent:
             shear = get(cells.shear, m).astype(np.float64)
             self.C[:, 6, 6] = self.C[:, 7, 7] = shear
             self.share = get(term.share, 4 * m).astype(np.float64).reshape(m, 4) * there
+            self.bears = get(term.bears, 4 * m).astype(np.float64).reshape(m, 4) * there
             self.N = np.stack([get(f, m) for f in (cells.director_1, cells.director_2, cells.director)], axis=1).astype(np.float64)
             slots[:, 2, :, 1], slots[:, 3, :, 1], slots[:, 4, :, 1] = self.side[:, :, 0], self.side[:, :, 1], self.share
         # (M, q dim, 4 c): gradients of the values of the sides
@@ -209,7 +210,7 @@ class Tangent:
         if pressures.any():
             x = self.a + q[:, :2]
             slope = np.einsum("mlc,mcij->mlij", self.side, np.stack([-_cross(x[:, 1]), _cross(x[:, 0])], axis=1))
-            force = (self.share * (pressures * self.area)[:, None])[:, :, None, None, None] * slope[:, None]
+            force = (self.bears * (pressures * self.area)[:, None])[:, :, None, None, None] * slope[:, None]
             of_cells[:, :, :3, :, :3] -= force.transpose(0, 1, 3, 2, 4)
         width2 = self.width**2
         entries = of_cells.transpose(0, 1, 3, 2, 4).reshape(-1, width2)
@@ -233,7 +234,7 @@ class Tangent:
         x = self.a + self.gradients(u, np.zeros_like(u))[:, :2]
         force = following[:, None] * np.cross(x[:, 0], x[:, 1]) + dead[:, None] * np.cross(self.a[:, 0], self.a[:, 1])
         of_edges = np.zeros((self.edges, 3))
-        np.add.at(of_edges, self.edge, self.share[:, :, None] * (self.area[:, None] * force)[:, None])
+        np.add.at(of_edges, self.edge, self.bears[:, :, None] * (self.area[:, None] * force)[:, None])
         return self.B[:, : self.edges] @ of_edges
 
     def _of_nodes(self, u: np.ndarray, d: np.ndarray, stress: np.ndarray) -> dict[tuple[int, int], np.ndarray]:

@@ -1,0 +1,51 @@
+"""How a cell hands what it bears, pressure and mass, to its sides. NumPy only.
+
+Both go to the nodes as forces do, by the edge means: a node gets sum_e Phi_ei sum_s b_se A_s, b: shares of the sides. So an even pressure
+accelerates a free plate evenly, whatever the shares are, where masses and pressures have the same ones. A curved shell asks for more: what
+its membrane pulls back with must come with these weights too. An even hoop force of a cylinder acts on the sides that cross the rim, and on
+no others. Across a rim no membrane force acts. So there the crossing sides bear all:
+
+    b = w                              far from the rim: area of the triangle of the side with the centroid
+    b = w - l (1, -1, 1, -1)           in the two rows of cells along a rim, l such that the sides along it bear nothing together
+
+The middles of the sides of a quadrangle form a parallelogram, so the second one leaves the place where the force acts, the centroid.
+Farther than two rows from a rim both give the same nodal weights on a lattice. A triangle has no such freedom, and the cell at a corner is
+left alone.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...geometry.mesh import SurfaceMesh
+from .galerkin_reference import shares
+
+ROWS = 2  # of cells that see a rim: as far as the support of their sides
+LEAST = 0.2  # of the quarter areas that a node keeps at least
+ALONG = np.array([[1.0, -1.0, 1.0, -1.0], [-1.0, 1.0, -1.0, 1.0]])
+
+
+def bearing(mesh: SurfaceMesh) -> np.ndarray:
+    """(M, 4) shares b of the sides."""
+    found = shares(mesh)
+    sides = mesh.edges.sides
+    along = np.zeros((len(mesh.cells), 2), bool)  # sides 0 and 2, sides 1 and 3 run along a rim
+    side = sides[(sides < 0).any(axis=1)].max(axis=1)
+    for _ in range(ROWS):
+        side = side[mesh.corners[side // 4] == 4]
+        cell, k = side // 4, side % 4
+        along[cell, k % 2] = True
+        pair = sides[mesh.edges.cell_edges[cell, (k + 2) % 4]]
+        side = np.where(pair[:, 0] // 4 == cell, pair[:, 1], pair[:, 0])
+        side = side[side >= 0]
+    for k in range(2):
+        cell = np.flatnonzero(along[:, k] & ~along[:, 1 - k])
+        found[cell] -= 0.5 * (found[cell, k] + found[cell, k + 2])[:, None] * ALONG[k]
+    return found
+
+
+def kept_positive(areas: np.ndarray, quarters: np.ndarray) -> np.ndarray:
+    """(n,) areas of the nodes of a body, with the total of the quarter areas (n,), nearer to these where a node would keep too little."""
+    areas = areas * (quarters.sum() / areas.sum())
+    ratio = float((areas / quarters).min())
+    return areas if ratio >= LEAST else quarters + (1.0 - LEAST) / (1.0 - ratio) * (areas - quarters)
