@@ -161,7 +161,7 @@ def limit(scene: Scene) -> tuple[float, float]:
 
     sim = World(scene, threads=1)
     sim.advance(1)
-    search = sim.relaxation
+    search = sim.instead
     assert isinstance(search, LimitSearch)
     return search.measured, search.predicted
 

@@ -61,8 +61,8 @@ class World:
         for one in (*self.groups, *self.couplings):
             one.start()
         self._fit_dt()
-        self.relaxation = self._instead()
-        if self.relaxation is not None:
+        self.instead = self._instead()
+        if self.instead is not None:
             self.dt = scene.duration / scene.increments
         for group in self.groups:
             group.strain(Now())  # so that the first step finds its kernels ready
@@ -164,8 +164,8 @@ class World:
     @property
     def dt_rule(self) -> str:
         """What rules dt, in words."""
-        if self.relaxation is not None:
-            return self.relaxation.rule
+        if self.instead is not None:
+            return self.instead.rule
         steps = self._steps()
         return min(steps, key=steps.__getitem__)
 
@@ -194,11 +194,11 @@ class World:
 
         Of a static scene: that many load increments, each brought to equilibrium.
         """
-        if self.relaxation is not None:
+        if self.instead is not None:
             for _ in range(steps):
                 before, self.time = self.time, self.time + self.dt
                 try:
-                    self.relaxation.settle(self.time)
+                    self.instead.settle(self.time)
                 except RunStopped:
                     self.time = before  # the increment is not done
                     raise
@@ -235,15 +235,15 @@ class World:
     def energies(self) -> dict[str, float]:
         """The ledger [J] at the time of the last force evaluation, `time` [s] among them."""
         found = summed(self.groups, self.couplings)
-        if self.relaxation is not None:  # nothing moves; the loads do their work from increment to increment
+        if self.instead is not None:  # nothing moves; the loads do their work from increment to increment
             found.kinetic = 0.0
-            found.external = self.relaxation.work + sum(group.pressed() for group in self.groups)
+            found.external = self.instead.work + sum(group.pressed() for group in self.groups)
         return {"time": self.time - self.clock.dt_before, **balance(found, self.clock.injected)}
 
     def status(self) -> dict[str, int]:
         """Small numbers for the progress line."""
-        if self.relaxation is not None:
-            return self.relaxation.status()
+        if self.instead is not None:
+            return self.instead.status()
         numbers: dict[str, int] = {}
         for one in (*self.groups, *self.couplings):
             for name, value in one.status().items():
@@ -253,7 +253,7 @@ class World:
     @property
     def status_units(self) -> dict[str, str]:
         """Units of the entries of `status` that have one."""
-        return getattr(self.relaxation, "units", {})
+        return getattr(self.instead, "units", {})
 
     def probes(self) -> dict[str, dict[str, float]]:
         """Displacement [m] and velocity [m/s] at the probes of the scene."""
@@ -291,7 +291,7 @@ class World:
     @property
     def pools(self) -> list[Pool]:
         """All that has fields or history."""
-        parts = [*self.groups, *self.couplings, *([self.relaxation] if self.relaxation is not None else [])]
+        parts = [*self.groups, *self.couplings, *([self.instead] if self.instead is not None else [])]
         return [self.clock, *(pool for part in parts for pool in part.pools()), *self.leaks]
 
     @property

@@ -22,7 +22,7 @@ def solved(scene) -> tuple[float, int]:
     sim.advance(1)
     middle = np.argmin(np.linalg.norm(sim.shell.mesh.points[:, :2] - 0.5, axis=1))
     reference = scene.quantities[0].options["reference"]
-    return float(runtime.get(sim.shell.nodes.u, sim.shell.nodes.n)[middle, 2]) / reference, sim.shell.nodes.n * sim.relaxation.steps
+    return float(runtime.get(sim.shell.nodes.u, sim.shell.nodes.n)[middle, 2]) / reference, sim.shell.nodes.n * sim.instead.steps
 
 
 @pytest.mark.long
