@@ -19,6 +19,7 @@ CASES = {
     "cantilever": "A4: tip over Timoshenko's; distance of the tip from its place on the circle over the length",
     "scordelis_lo": "A5: deflection over 0.3024",
     "pinched_cylinder": "A6: deflection over 1.5036e-5 (spread), 1.8248e-5 (point)",
+    "hemisphere": "deflection over 0.0940 (MacNeal and Harder 1985)",
     "wave": "A7: amplitude of the returns; when they come",
     "plate_modes": "A8: frequencies over Mindlin's",
     "critical_step": "A9: predicted step over the measured limit",

@@ -18,9 +18,9 @@ class Static(Frozen):
 
     `method`: "newton", with the stiffness of the form, over limit points by the length of the path; "relaxation", damped motion to where
     the shell settles. By itself Newton's method where there is a stiffness (not in collocation, not in f32), and relaxation where that
-    finds nothing. "arc" follows the path of the load in proportion: `increments` points along it, the first near 1/`increments` of the
-    load and the others at most eight times as far apart, until the whole load is borne; `load` in histories/progress.csv is the part that
-    is borne at a point."""
+    finds nothing. "arc" follows the path of the whole load in proportion: `increments` points along it, the first near 1/`increments` of
+    the load and the others at most eight times as far apart, until the whole load is borne; `load` in histories/progress.csv is the part
+    that is borne at a point."""
 
     method: Literal["newton", "arc", "relaxation"] | None = None
     increments: Annotated[StrictInt, Field(ge=1, le=100_000)] = 1
