@@ -140,6 +140,7 @@ def pair_of_hits(far):
     return shells, rigids
 
 
+@pytest.mark.long
 def test_a_part_does_not_follow_from_another_far_away():
     """Bit for bit: a plate hit by its ball, alone and beside another plate that another ball hits earlier and harder."""
     kept, dt = {}, None

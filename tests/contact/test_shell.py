@@ -118,6 +118,7 @@ def test_restart_is_exact(precision):
     restarts_exactly(lambda: start(precision=precision), 60, 60)
 
 
+@pytest.mark.long
 def test_the_number_of_threads_changes_nothing():
     from taichi_sph.world.world import World
 

@@ -73,6 +73,7 @@ def test_restart_is_exact_with_water_and_striker(every):
     restarts_exactly(lambda: start(can(rigids=[bullet], duration=2e-4, every=every)), 61, 60)  # in the midst of two
 
 
+@pytest.mark.long
 def test_the_number_of_threads_changes_nothing():
     threads_change_nothing(lambda threads: start(can(velocity=(3.0, 0, 1.0)), threads=threads), 100)
 

@@ -136,6 +136,7 @@ def test_contact_knows_whose_each_particle_is():
     assert sim.energies()["contact"] > 0.01 and closed(sim) < 1.0
 
 
+@pytest.mark.long
 def test_heavy_over_light_turns_over():
     """A slab of two waves: a sine of the interface grows like cosh(sigma t), sigma^2 = A g k tanh(k h), within what eight
     particles to a quarter wave resolve; then the heavy fluid falls and its potential energy with it."""
@@ -212,6 +213,7 @@ def test_two_tanks_apart_are_each_as_alone():
             assert np.array_equal(body.point_data["velocity"], frames[body.name].point_data["velocity"]), name
 
 
+@pytest.mark.long
 def test_tanks_of_other_levels_are_each_evened_out_as_alone():
     """Their waters stand in one pool; the free level of each is its own. The rounds go on until both are even."""
 

@@ -236,7 +236,9 @@ def test_a_plate_between_two_waters_swings_and_nothing_comes_through(thickness):
     assert ((runtime.get(f.p.x, f.p.n)[back, 2] > 0) == (start_z > 0)).all()  # each on its side
 
 
-@pytest.mark.parametrize("rigids, walled", [pytest.param((), False, marks=pytest.mark.long), ((), True), ((BULLET,), False)])
+@pytest.mark.parametrize(
+    "rigids, walled", [*(pytest.param((), walled, marks=pytest.mark.long) for walled in (False, True)), ((BULLET,), False)]
+)
 def test_pressure_does_the_work_that_the_density_stores(rigids, walled):
     """sum f.v over particles, nodes and bodies = sum V p div v, at any positions and velocities, between planes too."""
     scene = can(rigids=rigids)

@@ -126,11 +126,11 @@ def test_sides_follow_the_flight(runs) -> None:
 def test_a_section_takes_away_one_half_and_leaves_the_spray(runs) -> None:
     run = runs["full"]
     s, bodies = struck.sides(run), struck.bodies_at(run, -1)
-    tank, ball, field, drops = struck.cut_open(bodies, struck.middles(run), s.removed)
+    tank, field, drops, ball = struck.cut_open(bodies, struck.middles(run), s.removed)
     whole = bodies[0]
     assert 0.45 < len(tank.cells) / len(whole.cells) < 0.55
-    assert len(tank.cell_data["damage"]) == len(tank.cells) and ball is bodies[1]
-    assert drops.outside.all() and len(drops.points) == bodies[2].point_data["outside"].sum() > 0
+    assert len(tank.cell_data["damage"]) == len(tank.cells) and ball is bodies[2]
+    assert drops.outside.all() and len(drops.points) == bodies[1].point_data["outside"].sum() > 0
     assert field.form == "field" and np.abs((field.points - struck.middle(run)) @ s.removed).max() < 1e-12
 
 

@@ -96,6 +96,7 @@ def test_pure_bending(alpha, moment):
     assert points.get("dissipated")[0] == pytest.approx(0.1 * A * THICKNESS, rel=1e-3)
 
 
+@pytest.mark.long
 def test_layers_form_the_hinge_gradually():
     """Perfect plasticity, equal bending both ways: M = M_p (1 - 1/3 (kappa_y/kappa)^2), which the global form cuts short."""
     kappa_y = 2 * A * (1 - NU) / YOUNG / THICKNESS

@@ -139,7 +139,7 @@ PAIRS = {
 }
 
 
-@pytest.mark.parametrize("kind", ["brittle", "metal", *(pytest.param(kind, marks=pytest.mark.long) for kind in ("collocation", "pressed"))])
+@pytest.mark.parametrize("kind", ["brittle", *(pytest.param(kind, marks=pytest.mark.long) for kind in PAIRS if kind != "brittle")])
 def test_each_of_two_plates_moves_as_if_it_were_alone(kind):
     """Bit for bit, though the second stands half a spacing beside the first; and with the same kernels."""
     make, numerics, steps = PAIRS[kind]
@@ -393,6 +393,7 @@ def test_restart_and_threads():
     threads_change_nothing(lambda threads: World(mixed(), threads=threads), 180)
 
 
+@pytest.mark.long
 def test_a_look_at_the_stable_step_leaves_no_force_behind():
     """A brittle plate of every second step, beside a metal one: the stable step is looked at again when a cell breaks, also between two of
     the plate's own steps. A restart there is exact, and nothing pushes its nodes."""

@@ -14,7 +14,7 @@ from ..world import ritz
 from .linear import answer
 
 SCENES = Path(__file__).parents[2] / "scenes"
-FORMS = ("elements", "elements_1")
+FORMS = ("elements_1", pytest.param("elements", marks=pytest.mark.long))
 
 
 def scene_of(name: str, **settings) -> Scene:

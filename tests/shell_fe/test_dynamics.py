@@ -48,7 +48,8 @@ def test_the_ledger_closes(points, cells):
     assert abs(energies["closed_residual_percent"]) < 1e-3
 
 
-@pytest.mark.parametrize("points", [pytest.param(4, marks=pytest.mark.long), 1])
+@pytest.mark.parametrize("points", [4, 1])
+@pytest.mark.long
 def test_restart_and_threads(points):
     """A metal, for it has the most history."""
     material = {"strength": Perfect(yield_stress=2e8)}

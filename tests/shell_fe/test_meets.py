@@ -29,6 +29,7 @@ def test_a_striker():
     assert ends[str(ELEMENTS)] == pytest.approx(ends["galerkin"], rel=0.03)
 
 
+@pytest.mark.long
 def test_a_can_of_water():
     """The can swells under the blow of its water; momentum stays, and the ledger closes."""
     said = can(velocity=(10.0, 0.0, 0.0)).derive(**{"numerics.formulation": ELEMENTS, "duration": 2e-4})

@@ -61,6 +61,7 @@ def off(side: int, across: int) -> tuple[float, float]:
     return math.sqrt((error[:, 0, 0] ** 2).mean()), float(np.abs(error).max())
 
 
+@pytest.mark.long
 def test_a_hole_ten_spacings_across():
     """In a plate six times as wide as its hole, which Kirsch's plate is not: most of the mean is that (docs/shapes.md)."""
     mean, largest = off(60, 10)

@@ -366,6 +366,7 @@ def test_a_bent_strip_forms_its_hinge(layers):
     assert abs(sim.energies()["closed_residual_percent"]) < 1e-6
 
 
+@pytest.mark.long
 def test_the_ledger_closes_in_f32_as_in_f64():
     """A plate blown up plastically, without rupture. The middle of the step leaves an error of the second order in both
     precisions. In f32 each drift u += dt v loses or gains up to u/2^24 besides, which is f u/2^24 of work, of the f u/2 that
