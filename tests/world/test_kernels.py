@@ -106,6 +106,6 @@ def test_every_kernel_is_exercised(monkeypatch):
         numerics=Numerics(spacing=SIDE / CELLS),
     )  # fmt: skip
     start(joined).advance(3)
-    elements = {"shells": [plate], "springs": [], "meetings": [], "numerics.formulation": {"kind": "elements", "points": 1}}
+    elements = {"shells": [plate], "springs": [], "meetings": [], "forces": [], "numerics.formulation": {"kind": "elements", "points": 1}}
     start(joined.derive(pressures=[SurfacePressure(shell="plate", value=1e4)], **elements)).advance(3)
     assert kernels() - run == ELSEWHERE_TOO
