@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from taichi_sph import runtime
+from taichi_sph.bodies.shell.instead.freedom import Freedom
 from taichi_sph.scene import Cylinder, Galerkin, Material, Numerics, Output, Plate, Scene, Shell
 
 STEEL = {"name": "steel", "young": 210e9, "poisson": 0.3, "density": 7800.0}
@@ -100,3 +101,20 @@ def spin(sim, omega: np.ndarray, velocity=(0.0, 0.0, 0.0)) -> None:
     real = runtime.get(sim.shell.nodes.v, sim.shell.nodes.n).dtype
     runtime.put(sim.shell.nodes.v, (np.cross(omega, X - centre) + np.asarray(velocity)).astype(real))
     runtime.put(sim.shell.nodes.omega, (omega - (N @ omega)[:, None] * N).astype(real))
+
+
+def along(step, felt, free, u, d, N, h: float = 1e-6) -> np.ndarray:
+    """(size,) what K step should be, by central differences of the forces that the unknowns feel, `felt(u, d, free)`. A turn about an
+    axis is taken where the director is by then."""
+
+    def moved(step):
+        parts = free.spread(step)
+        turn = np.einsum("nia,na->ni", free.axes, parts[:, 3:])
+        basis, tiny = free.basis.copy(), 1e-5
+        for k in range(2):
+            way = [Rotation.from_rotvec(turn + s * tiny * free.axes[:, :, k]).apply(N + d) for s in (1, -1)]
+            basis[:, 3:, 3 + k] = (way[0] - way[1]) / (2 * tiny)
+        du = np.einsum("nij,nj->ni", free.basis[:, :3, :3], parts[:, :3])
+        return felt(u + du, Rotation.from_rotvec(turn).apply(N + d) - N, Freedom(basis, free.axes, free.number))
+
+    return -(moved(h * step) - moved(-h * step)) / (2 * h)

@@ -1,11 +1,13 @@
 """Another device: f32 on Vulkan, where one is found (a software device will do: Debian's package mesa-vulkan-drivers)."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from taichi_sph import runtime
+from taichi_sph.bodies.fluid.group import groups
 from taichi_sph.errors import SceneError
 from taichi_sph.numerics import doubles
 from taichi_sph.numerics.cells import CellGrid, running
@@ -30,6 +32,14 @@ def vulkan():
 def test_doubles_are_refused_before_anything_is_started():
     with pytest.raises(SceneError, match="'vulkan' has no exp, log and powers of 64 bits; use numerics.precision = f32 there"):
         runtime.start("vulkan", "f64")
+
+
+def test_fluids_beside_other_bodies_are_refused(monkeypatch):
+    """Contact finds no particle there: a tank would be struck without a sign of its water."""
+    scene = load_scene(ROOT / "scenes/tank_leak.py", {"quality": "draft", "numerics.precision": "f32"})
+    monkeypatch.setattr(runtime, "current", lambda: SimpleNamespace(arch="vulkan"))
+    with pytest.raises(SceneError, match="fluids beside other bodies are not possible yet on 'vulkan'"):
+        groups(scene, [object()], scene.fluids)
 
 
 @ti.kernel

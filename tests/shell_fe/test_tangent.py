@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from taichi_sph.bodies.shell.instead.freedom import Freedom, freedom
+from taichi_sph.bodies.shell.instead.freedom import freedom
 from taichi_sph.bodies.shell.pressure import LEAVE
 from taichi_sph.bodies.shell_fe.tangent import Tangent
 from taichi_sph.scene import SurfacePressure, load_scene
 from taichi_sph.scene.supports import Edge, clamped, held
 
-from ..shells import of_nodes, pose, shell_scene, start
+from ..shells import along, of_nodes, pose, shell_scene, start
 
 SCENES = Path(__file__).parents[2] / "scenes"
 PRESSURE = 3e7
@@ -22,7 +22,7 @@ PRESSURE = 3e7
 @pytest.mark.parametrize("points, cells", [(4, "quad"), (1, "quad"), (4, "triangle")])
 def test_the_tangent_is_the_derivative_of_the_forces(points, cells):
     """Far from rest, under pressures that follow and dead ones and dead moments, with directors that turn in their own ways."""
-    n, h = 4, 1e-6
+    n = 4
     edges = [[clamped("y", 0.0, "above")], [Edge("x", 0.7, "below", (None, 0, None), (0, None, None))]]
     loads = [SurfacePressure(shell="shell", value=PRESSURE), SurfacePressure(shell="shell", value=0.3 * PRESSURE, kind="dead")]
     said = shell_scene("curved", n=n, cells=cells, motions=held("shell", 1 / n, *edges), pressures=loads)
@@ -50,19 +50,8 @@ def test_the_tangent_is_the_derivative_of_the_forces(points, cells):
         both = np.concatenate([of_nodes(sim, "force"), couple + np.cross(moments, N + d)], axis=1)
         return free.gather(np.einsum("ncf,nc->nf", free.basis, both))
 
-    def moved(step):
-        """Forces on the unknowns after a step; a turn about an axis is taken where the director is by then."""
-        parts = free.spread(step)
-        turn = np.einsum("nia,na->ni", free.axes, parts[:, 3:])
-        basis, tiny = free.basis.copy(), 1e-5
-        for k in range(2):
-            way = [Rotation.from_rotvec(turn + s * tiny * free.axes[:, :, k]).apply(N + d) for s in (1, -1)]
-            basis[:, 3:, 3 + k] = (way[0] - way[1]) / (2 * tiny)
-        du = np.einsum("nij,nj->ni", free.basis[:, :3, :3], parts[:, :3])
-        return felt(u + du, Rotation.from_rotvec(turn).apply(N + d) - N, Freedom(basis, free.axes, free.number))
-
     step = rng.standard_normal(free.size)
-    wanted = -(moved(h * step) - moved(-h * step)) / (2 * h)
+    wanted = along(step, felt, free, u, d, N)
     assert K @ step == pytest.approx(wanted, abs=1e-6 * np.abs(wanted).max())
 
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from taichi_sph import runtime
 from taichi_sph.bodies.shell.instead import newton
-from taichi_sph.bodies.shell.instead.freedom import Freedom, freedom
+from taichi_sph.bodies.shell.instead.freedom import freedom
 from taichi_sph.bodies.shell.pressure import LEAVE
 from taichi_sph.bodies.shell_sph.tangent import Tangent
 from taichi_sph.errors import RunStopped, SceneError
@@ -18,7 +18,7 @@ from taichi_sph.run import session
 from taichi_sph.scene import Box, Cylinder, NodalForce, Ramp, Static, SurfacePressure, load_scene
 from taichi_sph.scene.supports import Edge, clamped, held
 
-from ..shells import of_nodes, pose, shell_scene, start
+from ..shells import along, of_nodes, pose, shell_scene, start
 
 ROOT = Path(__file__).resolve().parents[2]
 PRESSURE = 3e7
@@ -31,7 +31,7 @@ def roof(**settings):
 @pytest.mark.parametrize("surface", ["curved", Cylinder(radius=0.5, length=0.6, ends="discs")], ids=["panel", "can"])
 def test_the_tangent_is_the_derivative_of_the_forces(surface):
     """Far from rest, under a pressure that follows and dead moments, with directors that may turn in their own ways; a can's rim turns."""
-    n, h = 6, 1e-6
+    n = 6
     edges = [[clamped("y", 0.0, "above")], [Edge("x", 0.7, "below", (None, 0, None), (0, None, None))]]
     motions = held("shell", 1 / n, *edges) if surface == "curved" else ()
     sim = start(shell_scene(surface, n=n, motions=motions, pressures=[SurfacePressure(shell="shell", value=PRESSURE)]))
@@ -54,19 +54,8 @@ def test_the_tangent_is_the_derivative_of_the_forces(surface):
         both = np.concatenate([of_nodes(sim, "force"), couple + np.cross(moments, N + d)], axis=1)
         return free.gather(np.einsum("ncf,nc->nf", free.basis, both))
 
-    def moved(step):
-        """Forces on the unknowns after a step; a turn about an axis is taken where the director is by then."""
-        parts = free.spread(step)
-        turn = np.einsum("nia,na->ni", free.axes, parts[:, 3:])
-        basis, tiny = free.basis.copy(), 1e-5
-        for k in range(2):
-            way = [Rotation.from_rotvec(turn + s * tiny * free.axes[:, :, k]).apply(N + d) for s in (1, -1)]
-            basis[:, 3:, 3 + k] = (way[0] - way[1]) / (2 * tiny)
-        du = np.einsum("nij,nj->ni", free.basis[:, :3, :3], parts[:, :3])
-        return felt(u + du, Rotation.from_rotvec(turn).apply(N + d) - N, Freedom(basis, free.axes, free.number))
-
     step = rng.standard_normal(free.size)
-    wanted = -(moved(h * step) - moved(-h * step)) / (2 * h)
+    wanted = along(step, felt, free, u, d, N)
     assert K @ step == pytest.approx(wanted, abs=1e-6 * np.abs(wanted).max())
 
 
@@ -189,3 +178,18 @@ def test_a_body_that_stays_in_its_plane():
     u = runtime.get(sim.shell.nodes.u, sim.shell.nodes.n)
     # dead force F on the reference: F = E e b E11 l, E11 = (l^2 - 1) / 2; shares by node areas are not those of an even stress
     assert u[sim.shell.mesh.points[:, 0] > 0.99, 0].mean() == pytest.approx(0.2, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"static.method": "newton", "numerics.formulation": "collocation"}, "'newton' needs a stiffness, and shell 'roof' is of the form"),
+        ({"static.method": "newton", "numerics.precision": "f32"}, "needs numerics.precision = 'f64'; use that, or 'relaxation'"),
+        ({"static.method": "arc", "static.increments": 2}, "'arc' makes so many points of a path, at least 3"),
+        ({"static.method": "riks"}, "static.method = 'riks' is not allowed"),
+    ],
+)
+def test_a_method_that_cannot_be_is_refused(settings, words):
+    with pytest.raises(SceneError) as refused:
+        roof(**settings)
+    assert words in str(refused.value)
