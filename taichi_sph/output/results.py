@@ -128,7 +128,7 @@ def markdown(summaries: Iterable[dict[str, Any]]) -> str:
             settings = _settings(summary)
             rate = summary.get("node_steps_per_second")
             cost = [f"{summary['nodes']} nodes", f"{summary['steps']} steps", f"{summary['seconds'].get('advance', 0):.1f} s"]
-            if rate:
+            if rate and round(rate / 1e6, 2) > 0:  # of a search for equilibrium there is none to show
                 cost.append(f"{rate / 1e6:.2f} M node-steps/s on {summary['settings'].get('threads')} threads")
             text += [
                 f"### {summary['title']}, {summary['quality']}\n",
