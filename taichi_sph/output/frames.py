@@ -5,12 +5,10 @@ and every array that does not change ("reference") are stored once, the rest one
 without cells (pinballs, fluid particles) is written with a vertex for each point, so that it can be seen and
 thresholded; what it is, stands in the attribute "Kind".
 
-Crash safety. Between frames the file is closed, so a run that is killed while computing leaves a
-whole file. An append only adds new chunks behind the old ones; what says that they exist (a few
-kilobytes of metadata, written last, when the file is closed) is all that changes in place. The
-single-writer mode of HDF5 is not used: after a kill it leaves a mark that ParaView refuses. A file
-is created under another name and moved in place, and one damaged beyond reading is put aside on
-resume rather than lost.
+Crash safety. Between frames the file is closed. A frame adds new chunks behind the old ones; what says that the chunks exist (a few
+kilobytes of metadata) is all that changes in place, and that changes whole or not at all, see redo.py. HDF5 itself writes its metadata in
+several pieces, and the single-writer mode of HDF5 leaves, after a kill, a mark that ParaView refuses. A file is created under another name
+and moved in place, and one damaged beyond reading is put aside on resume rather than lost.
 
 Damage. The format "v108" has sums over what HDF5 writes about the data. The sums of the data are ours: for each array and step those in
 "Steps", beside the offsets, and the attribute "Sum" of the cells.
@@ -31,7 +29,7 @@ import numpy as np
 
 from ..errors import SceneError
 from ..frame import NO_CELLS, BodyFrame, Frame, Kind
-from . import files
+from . import files, redo
 
 SUFFIX = ".vtkhdf"
 VERSION = (2, 2)
@@ -140,7 +138,7 @@ def _point_sum(body: BodyFrame, time: float, step: int) -> np.ndarray:
 
 
 def _append(path: Path, body: BodyFrame, time: float, step: int) -> None:
-    with h5py.File(files.plain(path, written=True), "r+", locking=False) as file:
+    with redo.changed(path) as held, h5py.File(held, "r+") as file:
         root = file["VTKHDF"]
         steps = root["Steps"]
         count = int(steps.attrs["NSteps"])
@@ -213,7 +211,7 @@ def check_content(file: h5py.File) -> None:
 
 def truncate(path: Path, time: float) -> int:
     """Drops the steps later than `time` [s]; returns how many are left (file deleted when none)."""
-    with h5py.File(files.plain(path, written=True), "r+", locking=False) as file:
+    with redo.changed(path) as held, h5py.File(held, "r+") as file:
         check_content(file)
         root = file["VTKHDF"]
         steps = root["Steps"]
@@ -255,6 +253,7 @@ class FramesWriter:
         for path in sorted(self.folder.glob("*" + SUFFIX)):
             if resume_at is None:
                 path.unlink()
+                redo.path_of(path).unlink(missing_ok=True)
                 continue
             try:
                 if truncate(path, resume_at):
@@ -262,6 +261,7 @@ class FramesWriter:
                         self._last_step[path.stem] = int(file.steps[-1])
             except (*DAMAGE, SceneError):
                 files.plain(path, written=True)
+                redo.path_of(path).unlink(missing_ok=True)
                 self.aside.append(path.rename(path.with_suffix(".unreadable")))
 
     def path(self, body: str) -> Path:
@@ -295,12 +295,13 @@ class FramesFile:
         self.name = self.path.stem
         with self._said():
             files.plain(self.path)
-            self._file = h5py.File(self.path, "r", locking=False)
+            self._held = redo.pending(self.path)
+            self._file = h5py.File(self.path, "r", locking=False) if self._held is None else h5py.File(self._held, "r")
         try:
             with self._said():
                 self._open()
         except SceneError:
-            self._file.close()
+            self.close()
             raise
 
     @contextlib.contextmanager
@@ -355,6 +356,8 @@ class FramesFile:
 
     def close(self) -> None:
         self._file.close()
+        if self._held is not None:
+            self._held.close()
 
     def nearest(self, time: float) -> int:
         """Index of the frame nearest to `time` [s]."""
