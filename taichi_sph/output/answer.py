@@ -262,13 +262,17 @@ def _leak(run: RunFolder, fluid: str, ruptured: bool, named: bool) -> list[str]:
         text = f"{it} begins to leak: {quantity_text(out, 'l')} by the end ({count} particle{'s' if count > 1 else ''}, too few for a rate)"
     else:
         rate = leak.leak_rate(run, run.scene, fluid=fluid)
-        text = f"{it} leaks {quantity_text(rate, 'l/s')} at the end: {quantity_text(out, 'l')} so far"
+        error = leak.leak_rate_error(run, run.scene, fluid=fluid)
+        give = f" (± {quantity_text(error, 'l/s')})" if error else ""
+        text = f"{it} leaks {quantity_text(rate, 'l/s')}{give} at the end: {quantity_text(out, 'l')} so far"
     speed = leak.jet_speed(run, run.scene, fluid=fluid)
     if speed is not None:
         text += f", in a jet of {quantity_text(speed, 'm/s')}"
     area = float(history["opening_area"][-1])
     if area > 0:
         text += f", through {area * 1e4:.3g} cm2"
+        if (calm := leak.orifice_rate(run, run.scene, fluid=fluid)) is not None:
+            text += f", out of which a calm tank would leak {quantity_text(calm, 'l/s')}"
     return [text + "."]
 
 

@@ -195,6 +195,25 @@ def test_leak_of_the_full_tank(full) -> None:
     assert measure("jet_speed", full, {"end": 1e-4}) is None
 
 
+def test_a_leak_knows_how_well_it_is_known(full) -> None:
+    """A steady leak is known but for one particle over the time that is looked at; a step in it scatters the quarters."""
+    history = full.history("leak")
+    one = measure("leaked_litres", full) / history["escaped_count"][-1]
+    inside = history.time >= 0.9 * history.time[-1]
+    assert measure("leak_rate_error", full) == pytest.approx(one / np.ptp(history.time[inside]), rel=1e-3)
+    # the leak begins at 0.7 ms: of the quarters of 0.6 to 0.8 ms two have none, two have all of it
+    assert measure("leak_rate_error", full, {"start": 6e-4, "end": 8e-4}) == pytest.approx(struck.LEAK / np.sqrt(12), rel=0.1)
+    assert measure("leak_rate_error", full, {"start": 1e-3, "end": 1.005e-3}) is None
+
+
+def test_the_orifice_of_a_crack_half_way_up(full) -> None:
+    """The crack is centred at half the height: sqrt(2 g h) of its middle, and a little less for its length."""
+    top = full.frames("tank").body(-1).reference[:, 2].max()
+    area = full.history("leak")["opening_area"][-1]
+    middle = 0.61 * area * np.sqrt(2 * 9.81 * top) / 1e-3
+    assert 0.93 * middle < measure("orifice_rate", full) < middle
+
+
 def test_peak_pressure_is_of_the_place(full) -> None:
     everywhere = measure("peak_pressure", full)
     assert everywhere == max(float(b.point_data["pressure"].max()) for b in full.frames("water"))
@@ -230,7 +249,8 @@ def test_the_answer_about_the_tank(empty, full, monkeypatch) -> None:
     assert "another of" in answer(empty)[0] and "(23.1 % of its energy lost)" in answer(empty)[1]
     lines = answer(full)
     assert "a crack 444 mm long, open by 11.4 mm" in lines[0]
-    assert lines[1].startswith("It leaks 3.1 l/s at the end: 4.34 ml so far, in a jet of 60 m/s, through ")
+    assert lines[1].startswith("It leaks 3.1 l/s (± ") and ") at the end: 4.34 ml so far, in a jet of 60 m/s, through " in lines[1]
+    assert ", out of which a calm tank would leak " in lines[1]
     monkeypatch.setattr("taichi_sph.output.answer.ENOUGH", 10**9)
     assert "too few for a rate" in answer(full)[1] and answer(full)[1].startswith("It begins to leak: 4.34 ml by the end (")
 

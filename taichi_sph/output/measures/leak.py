@@ -16,9 +16,14 @@ from ...errors import SceneError, nearest
 from ...scene import Scene
 from ..folder import RunFolder
 from ..histories import History
+from .fragments import ruptured
+from .pattern import cell_centres
 
 LITRE = 1e-3  # m3
 LAST = 0.1  # of the run: over less, one particle makes a rate
+PIECES = 4  # of that time, whose rates tell how much they scatter
+CONTRACTION = 0.61  # discharge coefficient of a sharp edge
+G = 9.81  # m/s2, where the scene has no gravity: a tank goes on to leak under it
 HISTORY = "leak"
 
 
@@ -64,14 +69,51 @@ def window(history: History, start: float | None, end: float) -> np.ndarray:
 def leak_rate(run: RunFolder, scene: Scene, *, fluid: str | None = None, start: float | None = None, end: float = math.inf) -> float:
     """Mean leak [l/s] from `start` to `end` [s]: what escaped over the time between; 0 where nothing did. By default the last
     tenth of the time until `end`: how fast it leaks then."""
+    time, out = _late(run, fluid, start, end)
+    return float((out[-1] - out[0]) / (time[-1] - time[0])) if len(time) > 1 else 0.0
+
+
+def leak_rate_error(
+    run: RunFolder, scene: Scene, *, fluid: str | None = None, start: float | None = None, end: float = math.inf
+) -> float | None:
+    """Standard error [l/s] of `leak_rate` over the same time: that of the mean of the rates in its four quarters, and one particle more or
+    less, which is the finest that a run resolves. What the spacing makes of an opening is not in it. None with too few samples."""
+    time, out = _late(run, fluid, start, end)
+    if len(time) <= PIECES:
+        return None
+    fluid, history = watched(run, fluid)
+    edges = np.linspace(time[0], time[-1], PIECES + 1)
+    scatter = np.std(np.diff(np.interp(edges, time, out)) / np.diff(edges), ddof=1) / math.sqrt(PIECES)
+    gone = float(history["escaped_count"][-1])
+    one = float(litres(run, history, fluid)[-1]) / gone if gone > 0 else 0.0
+    return float(math.hypot(scatter, one / (time[-1] - time[0])))
+
+
+def orifice_rate(run: RunFolder, scene: Scene, *, fluid: str | None = None) -> float | None:
+    """What the opening at the end would let out of a calm tank [l/s]: 0.61 A sqrt(2 g h), A the opening of the history, sqrt(h) the mean
+    over the broken cells under the level of the start, at their places of the start; g of the scene, or 9.81 m/s2. None where nothing is
+    open."""
+    fluid, history = watched(run, fluid)
+    fill = next(f.fill for f in scene.fluids if f.name == fluid)
+    frame = run.frames(fill.shell).body(-1)
+    broken = ruptured(frame)
+    area = float(history["opening_area"][-1]) if len(history) else 0.0
+    if area <= 0.0 or not broken.any():
+        return None
+    c = "xyz".index(fill.axis)
+    level = frame.reference[:, c].max() if fill.level is None else fill.level
+    head = np.clip(level - cell_centres(frame.reference, frame.cells)[broken, c], 0.0, None)
+    g = float(np.linalg.norm(scene.gravity)) if scene.gravity else G
+    return float(CONTRACTION * area * np.sqrt(2.0 * g * head).mean() / LITRE)
+
+
+def _late(run: RunFolder, fluid: str | None, start: float | None, end: float) -> tuple[np.ndarray, np.ndarray]:
+    """Times [s] from `start` to `end`, and what has escaped by then [l]; start None: over the last tenth."""
     fluid, history = watched(run, fluid)
     if start is None:
         start = (1.0 - LAST) * min(end, float(history.time[-1])) if len(history) else 0.0
-    inside = np.flatnonzero(window(history, start, end))
-    if len(inside) < 2:
-        return 0.0
-    out, time = litres(run, history, fluid)[inside], history.time[inside]
-    return float((out[-1] - out[0]) / (time[-1] - time[0]))
+    inside = window(history, start, end)
+    return history.time[inside], litres(run, history, fluid)[inside]
 
 
 def leaked_litres(run: RunFolder, scene: Scene, *, fluid: str | None = None, time: float | None = None) -> float:
