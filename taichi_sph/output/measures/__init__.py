@@ -13,7 +13,7 @@ from ...errors import SceneError, nearest
 from ...scene import Scene
 from ...scene.check import shortened
 from ..folder import RunFolder
-from . import cracks, fluid, fragments, leak, perforation, plates, waves
+from . import cracks, entry, fluid, fragments, leak, perforation, plates, waves
 
 Measure = Callable[..., float | None]
 
@@ -53,9 +53,13 @@ MEASURES: dict[str, tuple[Measure, str]] = {  # name -> function, unit
     "petals": (fragments.petals, ""),
     "striker_speed": (perforation.striker_speed, "m/s"),
     "striker_energy_lost": (perforation.striker_energy_lost, "J"),
+    "drag_coefficient": (entry.drag_coefficient, ""),
+    "cavity_radius": (entry.cavity_radius, "m"),
     "peak_force": (perforation.peak_force, "N"),
     "time_to_rupture": (perforation.time_to_rupture, "s"),
     "leak_rate": (leak.leak_rate, "l/s"),
+    "leak_rate_error": (leak.leak_rate_error, "l/s"),
+    "orifice_rate": (leak.orifice_rate, "l/s"),
     "leaked_litres": (leak.leaked_litres, "l"),
     "jet_speed": (leak.jet_speed, "m/s"),
     "peak_pressure": (leak.peak_pressure, "Pa"),
