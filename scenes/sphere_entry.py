@@ -2,7 +2,8 @@
 
 The bullet of scenes/_tank.py as a sphere (18 mm, 31 g) at 100 to 900 m/s. Behind a cavity a sphere has C_d = 0.31 to 0.40 and a flat nose
 0.80 to 0.85, whatever the speed (May 1975, of spheres of steel and of discs; Garabedian 1956: 0.827 of a disc at cavitation number 0).
-The water is a column along the path only, its sides free and so far away that the striker does not feel them (docs/method.md). The cavity
+The water is a column along the path only, its faces free. At 730 m/s the wave of the entry comes back from the bottom to the striker six
+diameters deep, so the drag is read before; below some 500 m/s it comes back sooner, and C_d is then that of a finite block. The cavity
 grows by the energy that the drag leaves in each length of the path, 1/2 rho C_d A V^2 = pi rho N (R dR/dt)^2: its radius is
 R^2 = r^2 + r z sqrt(2 C_d / N), z behind the nose.
 
@@ -16,8 +17,8 @@ from taichi_sph.scene import Fluid, FluidBox, Numerics, Output, Pinball, Quality
 
 RADIUS, MASS = 9e-3, 0.031  # m, kg
 ACROSS = {"draft": 4, "standard": 6, "paper": 8}  # spacings over the diameter
-HALF, DEEP = 4.0, 8.0  # of the column, over the diameter
-START, END = 3.0, 7.0  # diameters of the way over which the drag is read
+HALF, DEEP = 4.0, 9.0  # of the column, over the diameter
+START, END = 2.0, 5.0  # diameters of the way over which the drag is read
 C_D = {"sphere": (0.35, 0.035, "0.31 to 0.40, May 1975"), "flat": (0.825, 0.0825, "0.80 to 0.85, May 1975; Garabedian 1956: 0.827")}
 
 

@@ -202,7 +202,8 @@ def test_a_leak_knows_how_well_it_is_known(full) -> None:
     inside = history.time >= 0.9 * history.time[-1]
     assert measure("leak_rate_error", full) == pytest.approx(one / np.ptp(history.time[inside]), rel=1e-3)
     # the leak begins at 0.7 ms: of the quarters of 0.6 to 0.8 ms two have none, two have all of it
-    assert measure("leak_rate_error", full, {"start": 6e-4, "end": 8e-4}) == pytest.approx(struck.LEAK / np.sqrt(12), rel=0.1)
+    known = np.hypot(struck.LEAK / np.sqrt(12), one / 2e-4)
+    assert measure("leak_rate_error", full, {"start": 6e-4, "end": 8e-4}) == pytest.approx(known, rel=0.02)
     assert measure("leak_rate_error", full, {"start": 1e-3, "end": 1.005e-3}) is None
 
 

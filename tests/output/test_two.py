@@ -64,8 +64,8 @@ def test_the_answer_tells_of_each(two) -> None:
     for side in struck.SIDES:
         assert any(line.startswith(f"The {side} ruptured at") for line in lines)
         assert any(line.startswith(f"The ball {side} ends at") for line in lines)
-    assert any(line.startswith("Water left leaks 3.1 l/s at the end") for line in lines)
-    assert any(line.startswith("Water right leaks 6.2 l/s at the end") for line in lines)
+    assert any(line.startswith("Water left leaks 3.1 l/s (± ") for line in lines)
+    assert any(line.startswith("Water right leaks 6.2 l/s (± ") for line in lines)
 
 
 def test_a_quantity_of_a_body_in_words() -> None:

@@ -11,7 +11,7 @@ from pydantic import Field, StrictBool, model_validator
 from ...scene.base import Body, Frozen, Point
 from ...scene.histories import History, Step, factor
 from ...scene.kinds import Kind
-from ...scene.units import Dimensionless, Inertia, Length, Mass, Speed, Spin, show
+from ...scene.units import Dimensionless, Inertia, Length, Mass, Speed, Spin
 
 
 class Pinball(Frozen):
@@ -53,10 +53,6 @@ class Rigid(Body):
     by their volumes. `restitution` is Newton's, between this body and another rigid one (the larger of the two
     counts, and what `meetings` say of the pair before both): 0 is plastic, 1 elastic; what is deformable bounces by itself. It has no step
     of its own: a rigid body moves with the fastest of the others.
-
-    `streamed`: water streams past, as past a bullet. A surface keeps the centres of particles off by half a spacing, as a wall does: a
-    bullet of radius r pushes them aside as if it had r + D/2. So the surface that water presses on lies half a spacing inside, and no
-    pinballs stand behind it. Not for bodies that are to displace their volume (docs/method.md, 11).
     """
 
     what: ClassVar[str] = "rigid body"
@@ -69,7 +65,6 @@ class Rigid(Body):
     spin: tuple[Spin, Spin, Spin] = (0.0, 0.0, 0.0)
     restitution: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.0
     held: StrictBool = False
-    streamed: StrictBool = False
     driven: Driven | None = None
 
     @model_validator(mode="after")
@@ -122,15 +117,6 @@ class Rigid(Body):
         if all(getattr(body, "held", False) for body in scene.bodies):
             raise ValueError("rigids: all bodies are held and there is no other one: nothing can move")
         scene.in_time("rigid bodies move", "rigids")
-        for fluid in scene.fluids:
-            spacing = scene.numerics_of(fluid).spacing
-            least = min(p.radius for p in self.pinballs)
-            if self.streamed and scene.met(fluid.name, self.name).meet and least <= 0.5 * spacing:
-                raise ValueError(
-                    f"{scene.key_of(self)}.streamed: a pinball of {show(least, 'm')} is no larger than half the spacing of"
-                    f" '{fluid.name}', {show(0.5 * spacing, 'm')}, and nothing of it would be left; lower the"
-                    " fluid's spacing, or leave streamed out"
-                )
 
 
 KIND = Kind("rigid", "rigids", Rigid, "taichi_sph.bodies.rigid.group:groups", rank=2)

@@ -17,9 +17,6 @@ if TYPE_CHECKING:
     from .group import RigidGroup
 
 
-INSIDE = 0.5 / 0.45  # of the distance of points, which is 0.45 D (couplings/wetted/wetted.py): half a spacing of the water
-
-
 class RigidPoints(Pool):
     """Points of a group of rigid bodies; water stands on their outside only."""
 
@@ -62,24 +59,21 @@ class RigidPoints(Pool):
 
 def surface(body: Rigid, spacing: float) -> tuple[np.ndarray, np.ndarray]:
     """(K, 3) points on the outside of a body's pinballs, from its centre of mass [m], and (K, 3) vector areas outward
-    [m2], at t = 0: even points on each sphere, about `spacing` [m] apart, those inside another pinball left out. Of a body that water
-    streams past half a spacing of the water further inside."""
+    [m2], at t = 0: even points on each sphere, about `spacing` [m] apart, those inside another pinball left out."""
     points, areas = [], []
-    drawn_in = INSIDE * spacing if body.streamed else 0.0
     for one in body.pinballs:
-        radius = one.radius - drawn_in
-        n = max(24, int(np.ceil(4 * np.pi * radius**2 / spacing**2)))
+        n = max(24, int(np.ceil(4 * np.pi * one.radius**2 / spacing**2)))
         z = 1 - (2 * np.arange(n) + 1) / n
         turn = np.pi * (1 + 5**0.5) * np.arange(n)  # the golden angle: Fibonacci's sphere
         across = np.sqrt(1 - z * z)
         normal = np.column_stack([across * np.cos(turn), across * np.sin(turn), z])
-        x = np.array(one.centre) + radius * normal
+        x = np.array(one.centre) + one.radius * normal
         outside = np.ones(n, bool)
         for other in body.pinballs:
             if other is not one:
-                outside &= np.linalg.norm(x - np.array(other.centre), axis=1) >= (other.radius - drawn_in) * (1 - 1e-9)
+                outside &= np.linalg.norm(x - np.array(other.centre), axis=1) >= other.radius * (1 - 1e-9)
         points.append(x[outside] - body.centre)
-        areas.append(4 * np.pi * radius**2 / n * normal[outside])
+        areas.append(4 * np.pi * one.radius**2 / n * normal[outside])
     return np.concatenate(points), np.concatenate(areas)
 
 

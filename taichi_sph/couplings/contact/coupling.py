@@ -32,17 +32,10 @@ def meetings(scene: Scene, surfaces: list[Surface]) -> tuple[np.ndarray, np.ndar
     for j, (one, name, e) in enumerate(bodies):
         for k, (two, other, f) in enumerate(bodies):
             said = scene.met(name, other)
-            meets[j, k] = said.meet and (one.reaches(two) or two.reaches(one)) and not _streams(scene, name, other)
+            meets[j, k] = said.meet and (one.reaches(two) or two.reaches(one))
             own = 0.0 if e is None or f is None else max(e, f)
             restitution[j, k] = own if said.restitution is None else said.restitution
     return meets, restitution
-
-
-def _streams(scene: Scene, one: str, other: str) -> bool:
-    """Whether two bodies meet by pressure alone: a fluid that presses, and what it streams past."""
-    bodies = [scene.body(name) for name in (one, other)]
-    presses = any(body.what == "fluid" and body.contact is None for body in bodies)
-    return presses and any(getattr(body, "streamed", False) for body in bodies)
 
 
 class ContactCoupling(Coupling):
