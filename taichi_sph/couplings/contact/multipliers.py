@@ -68,7 +68,7 @@ class Contact(Pool):
         self.scale = field("scale", bodies, dtype="f64", unit="m/s", doc="what the tolerance is a part of")
         self.error = field("error", bodies, dtype="f64", unit="m/s", doc="largest violation")
         self.open = field("open", bodies, dtype="i32", doc="1: is being solved")
-        self.travelled.fill(FAR)
+        runtime.fill(self.travelled, FAR)
         self.touching = 0  # pairs with a force
         self.iterations = 0  # of the last step
         self.all_iterations, self.solves, self.unsolved = 0, 0, 0
