@@ -107,10 +107,12 @@ class Contact(Pool):
         port, pairs = self.port, self.pairs
         step = now.step % common
         port.look()
-        for s in port.surfaces:
-            if s.renumbered:
-                for body in range(s.first.body, s.first.body + len(s.bodies)):
-                    self.travelled[body] = FAR
+        if any(s.renumbered for s in port.surfaces):
+            travelled = runtime.get(self.travelled, port.n_bodies)
+            for s in port.surfaces:
+                if s.renumbered:
+                    travelled[s.first.body : s.first.body + len(s.bodies)] = FAR
+            runtime.put(self.travelled, travelled)
         if _wear(self, port.n_bodies, now.dt, self.skin, step):
             self._search()
         self.iterations = 0
