@@ -12,10 +12,12 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    impl: Any
     kernel_impl: Any
+    snode: Any
     ast_transformer_utils: Any
 else:
-    from taichi.lang import kernel_impl
+    from taichi.lang import impl, kernel_impl, snode
     from taichi.lang.ast import ast_transformer_utils
 
 
@@ -32,10 +34,17 @@ def _inside_class(level_of_class_stackframe: int) -> bool:
     return any(pattern.match(line) for pattern in kernel_impl._KERNEL_CLASS_STACKFRAME_STMT_RES)
 
 
+def _nowhere(stacklevel: int = 1) -> str:
+    """Where a field was declared, which Taichi says of fields without a place. Those of a Pool have theirs."""
+    return ""
+
+
 def remember() -> None:
     """From now on Taichi reads each line once. What a later Taichi has no more is left alone."""
     quick = {
         (ast_transformer_utils, "TextWrapper"): _wrapper,
+        (impl, "get_traceback"): _nowhere,
+        (snode, "get_traceback"): _nowhere,
         (kernel_impl, "_inside_class"): _inside_class,
         (kernel_impl, "getsourcefile"): functools.cache(kernel_impl.getsourcefile),
         (kernel_impl, "getsourcelines"): functools.cache(kernel_impl.getsourcelines),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from taichi_sph import runtime
+from taichi_sph import frontend, runtime
 from taichi_sph.runtime import ti
 
 KINDS = {"f64": np.float64, "f32": np.float32, "i32": np.int32, "i8": np.int8}
@@ -84,3 +84,27 @@ def test_values_wait_for_their_field_and_the_last_one_counts():
     assert (runtime.get(one, 20) == 0.0).all() and (runtime.get(late, 8) == 5.0).all()
     with pytest.raises(ValueError):
         runtime.put(two, np.ones(20))
+
+
+def test_what_is_remembered_is_there_in_this_taichi():
+    """Else the start is as slow as Taichi makes it, and nobody says so."""
+    from taichi.lang import impl, kernel_impl, snode
+    from taichi.lang.ast import ast_transformer_utils
+
+    assert impl.get_traceback is snode.get_traceback is frontend._nowhere
+    assert kernel_impl._inside_class is frontend._inside_class
+    assert ast_transformer_utils.TextWrapper is frontend._wrapper
+    assert hasattr(kernel_impl.getsourcelines, "cache_info") and hasattr(kernel_impl.getsourcefile, "cache_info")
+    assert hasattr(kernel_impl.textwrap.fill, "cache_info")
+
+
+def test_a_kernel_of_a_class_is_told_from_one_of_a_module():
+    assert not _double._is_classkernel
+    assert Doubler.double._is_classkernel
+
+
+@ti.data_oriented
+class Doubler:
+    @ti.kernel
+    def double(self) -> ti.i32:
+        return 2
