@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..output.measures.openings import FLOWS, narrow
+from ..bodies.fluid.narrow import FLOWS, narrow
 from ..scene import Scene
 from ..scene.units import show
 

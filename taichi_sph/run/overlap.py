@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ..bodies.fluid.fill import CONTACT, PINBALL, Filling
 from ..couplings.contact.said import meeting
@@ -130,6 +129,8 @@ def _tell(scene: Scene, one: str, other: str, depth: float, allowed: float) -> N
 
 def _near(one: np.ndarray, other: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
     """Numbers (i, j) of points of two sets within `reach` [m] of each other."""
+    from scipy.spatial import cKDTree
+
     low, high = other.min(axis=0) - reach, other.max(axis=0) + reach
     inside = np.flatnonzero(((one >= low) & (one <= high)).all(axis=1))
     found = cKDTree(one[inside]).sparse_distance_matrix(cKDTree(other), reach, output_type="ndarray") if len(inside) else None

@@ -1,8 +1,8 @@
 """Physical quantities at the edge of the program: a number is SI, a string carries its unit.
 
 `Length`, `Time`, ... are annotated floats. After validation every value is a float in the SI unit of
-its dimension; "4 mm", "32 GPa" or "15/16 inch" are converted once, here. Pint is imported with the
-first string only, so a scene read back from JSON (numbers) never pays for it.
+its dimension; "4 mm", "32 GPa" or "15/16 inch" are converted once, here. Pint takes a second to start, so
+its factors of the units that most scenes are written in stand here; it is imported for the first other unit.
 """
 
 from __future__ import annotations
@@ -55,9 +55,25 @@ _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(?:/\s*({_NUMBER}))?\s*([^\d\s].*)?",
 _UNIT = re.compile(r"(?:[a-zA-Zµμ%°]+(?:\^-?\d)?|[\s*/()·])*")
 
 
+FACTORS: dict[str, dict[str, float]] = {  # of the SI unit of a dimension, as pint has them
+    "m": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "km": 1e3, "in": 0.0254, "inch": 0.0254},
+    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
+    "m/s": {"m/s": 1.0, "mm/ms": 1.0, "mm/us": 1e3, "km/s": 1e3},
+    "rad": {"rad": 1.0, "deg": 0.017453292519943295},
+    "kg": {"kg": 1.0, "g": 1e-3, "tonne": 1e3},
+    "Pa": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "bar": 1e5},
+    "N": {"N": 1.0, "kN": 1e3, "MN": 1e6},
+    "kg/m^3": {"kg/m^3": 1.0},
+    "m/s^2": {"m/s^2": 1.0},
+    "N/m": {"N/m": 1.0, "kN/m": 1e3},
+}
+
+
 @cache
 def _factor(text: str, symbol: str) -> float:
     """How many `symbol` one `text` is; ValueError on an unknown unit or another dimension."""
+    if text in FACTORS.get(symbol, {}):
+        return FACTORS[symbol][text]
     import pint
 
     spelled = re.sub(r"(?<=[a-zA-Zµμ])(-?\d)", r"^\1", text.replace("**", "^")).replace("·", "*")

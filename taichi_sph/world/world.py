@@ -171,7 +171,8 @@ class World:
 
     @property
     def n_nodes(self) -> int:
-        return sum(span.n for group in self.groups if group.kind != "rigid" for span in group.bodies)
+        """Nodes and particles."""
+        return sum(group.n_nodes for group in self.groups)
 
     @property
     def stress_points(self) -> int:
@@ -279,7 +280,8 @@ class World:
 
     def contact_report(self) -> dict[str, float] | None:
         """How contact was solved, and its share of the steps of this session; None where there is none."""
-        return None if self.contact is None else self.contact.report() | {"share": self.contact.seconds / max(self.stepping, 1e-300)}
+        report = next((found for coupling in self.couplings if (found := coupling.report())), None)
+        return report and report | {"share": report["seconds"] / max(self.stepping, 1e-300)}
 
     def frame(self) -> Frame:
         """All bodies now."""

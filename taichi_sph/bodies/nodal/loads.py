@@ -68,16 +68,15 @@ class Loads(Pool):
         if nodes.bends:
             self.spin_mask = self.field("spin_mask", len(motions), 3, "i32", doc="1: this component of the spin is prescribed")
             self.spin = self.field("spin", len(motions), 3, unit="rad/s", doc="prescribed, at its full value")
-        for m, (i, mask, velocity, spin_mask, spin, curve) in enumerate(motions):
+        held, mask, velocity, spin_mask, spin, curve = zip(*motions)
+        for m, i in enumerate(held):
             fixed[i] = m + 1
-            if nodes.bends:
-                for c in range(3):
-                    self.spin_mask[m][c] = int(spin_mask[c])
-                    self.spin[m][c] = float(spin[c])
-            for c in range(dim):
-                self.mask[m][c] = int(mask[c])
-                self.velocity[m][c] = float(velocity[c])
-            self.curve[m] = self.curves.number(curve)
+        runtime.put(self.mask, np.array(mask, np.int32)[:, :dim])
+        runtime.put(self.velocity, np.array(velocity, float)[:, :dim])
+        runtime.put(self.curve, np.array([self.curves.number(one) for one in curve], np.int32))
+        if nodes.bends:
+            runtime.put(self.spin_mask, np.array(spin_mask, np.int32))
+            runtime.put(self.spin, np.array(spin, float))
         runtime.put(nodes.fixed, fixed)
         self.supports = Supports(nodes, fixed, len(motions), f"{self.name}.supports")
 

@@ -36,6 +36,10 @@ class RigidGroup(Rest):
             mass = np.array([body.mass for body in scene.rigids])
             runtime.put(self.rigids.weight, mass[:, None] * np.asarray(scene.gravity))
 
+    @property
+    def n_nodes(self) -> int:
+        return 0
+
     def force(self, now: Now) -> None:
         rest(self.rigids, self.rigids.n)
         self.rigids.lead(now.time + 0.5 * now.dt)

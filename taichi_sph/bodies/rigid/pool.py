@@ -107,7 +107,7 @@ class RigidBodies(Pool):
     def hardest(self) -> np.ndarray:
         """(n,) largest force of water and contact [N] of all steps since the last call."""
         found = runtime.get(self.f_max, self.n)
-        self.f_max.fill(0.0)
+        runtime.fill(self.f_max, 0.0)
         return found
 
 

@@ -229,10 +229,8 @@ class MaterialPool(Pool):
         rows = [self._constants(section) for section in sections]
         for key in rows[0]:
             unit, doc = CONSTANTS[key]
-            field = self.field(key, len(rows), unit=unit, doc=doc)
-            for b, row in enumerate(rows):
-                field[b] = row[key]
-            setattr(self, key, field)
+            setattr(self, key, self.field(key, len(rows), unit=unit, doc=doc))
+            runtime.put(getattr(self, key), np.array([row[key] for row in rows]))
         if self.yields:
             self._strengths([section.material.strength for section in sections])
 

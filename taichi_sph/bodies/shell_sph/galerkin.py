@@ -45,7 +45,7 @@ from ..shell.build import Model, bounded_shear, by_cell, by_node, cell_spacing, 
 from ..shell.stress import of_sound_cells, resultants
 from .bearing import bearing
 from .galerkin_reference import references, references_touched, shares, sides, turns, turns_touched
-from .links import Links
+from .links import Links, Rows, Sources
 from .slits import slits
 from .voids import voids
 
@@ -81,18 +81,17 @@ class Galerkin(Pool):
         first_ends = edges.nodes[:, 0]
         self.rows = Links(
             f"{name}.rows",
-            sources=nodes.X,
-            n_sources=n,
-            dead_source=nodes.fragment,
-            points=points,
-            n_points=np.r_[np.full(self.n_edges, 2), np.full(n, 1)],
-            frames=tangent_frames(normals / np.linalg.norm(normals, axis=1)[:, None]),
-            h=np.concatenate([support[first_ends], support]) * spacing,
-            order=np.full(self.n_edges + n, 2),
-            residual_of=np.r_[np.full(self.n_edges, -1), np.arange(n)],
+            Sources(nodes.X, n, nodes.fragment, nodes.body if nodes.several else None),
+            Rows(
+                points=points,
+                n_points=np.r_[np.full(self.n_edges, 2), np.full(n, 1)],
+                frames=tangent_frames(normals / np.linalg.norm(normals, axis=1)[:, None]),
+                h=np.concatenate([support[first_ends], support]) * spacing,
+                order=2,
+                body=np.concatenate([body_of_row[first_ends], body_of_row]),
+                residual_of=np.r_[np.full(self.n_edges, -1), np.arange(n)],
+            ),
             transposed=True,
-            source_body=nodes.body if nodes.several else None,
-            body=np.concatenate([body_of_row[first_ends], body_of_row]),
         )
         self.links = (self.rows,)
         self.edge_u = self.field("edge_u", self.n_edges, nodes.dim, unit="m", doc="mean displacement of an edge")

@@ -19,22 +19,21 @@ class SidePressures(SurfacePressures):
         super().__init__(pressed, cells, name)
         self.internal = internal
 
-    def act(self, n: int, row: int, pressure: float, follower: int, book: int, push: int) -> None:
-        _press(self, self.internal, self.cells, n, row, pressure, follower, book, push)
+    def act(self, n: int, row: int, pressure: float, book: int, push: int) -> None:
+        _press(self, self.internal, n, row, pressure, book, push)
 
 
 @ti.kernel
 def _press(
     load: ti.template(),
     term: ti.template(),
-    cells: ti.template(),
     n: ti.i32,
     row: ti.i32,
     p: float,
-    follower: ti.i32,
     book: ti.i32,
     push: ti.i32,
 ):
+    cells = ti.static(term.cells)
     for m in range(n):
         q = row + m
         s = load.cell[q]
@@ -44,7 +43,7 @@ def _press(
             for k in range(cells.n_corners[s]):
                 u = term.edge_u[cells.edge[s][k]]
                 place += term.bears[4 * s + k] * u
-                if follower == 1:
+                if load.follows[q] == 1:
                     g = term.side[4 * s + k]
                     x1 += g[0] * u
                     x2 += g[1] * u

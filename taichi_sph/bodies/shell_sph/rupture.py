@@ -41,7 +41,7 @@ class Rupture(Pool):
         group = self.group
         if not group.material.breaks:
             return False
-        n_new = int(group.cells.n_new[0])
+        n_new = int(runtime.get(group.cells.n_new, 1)[0])
         if n_new == 0:
             return False
         if group.pressures is not None:
@@ -61,12 +61,12 @@ class Rupture(Pool):
             self.fragments += _break(cells, nodes, n_new, time)
             group.internal.drop(n_new)
             touched = [(links, links.cut_through(cells, cells.new, n_new)) for links in group.internal.links]
-            cells.n_new[0] = 0
+            runtime.fill(cells.n_new, 0)
             for links, n_touched in touched:
                 links.renew_touched(n_touched)
                 group.internal.restrain(links, n_touched)
-            n_new = int(cells.n_new[0])
-        cells.n_new[0] = 0
+            n_new = int(runtime.get(cells.n_new, 1)[0])
+        runtime.fill(cells.n_new, 0)
 
     def cut(self, numbers: np.ndarray) -> None:
         """Pre-cracks and notches: break these cells before anything moves."""

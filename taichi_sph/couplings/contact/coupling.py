@@ -66,6 +66,9 @@ class ContactCoupling(Coupling):
     def given(self) -> float:
         return self.contact.taken()
 
+    def report(self) -> dict[str, float]:
+        return self.contact.report()
+
     def status(self) -> dict[str, int]:
         return {"contacts": self.contact.touching, "iterations": self.contact.iterations}
 

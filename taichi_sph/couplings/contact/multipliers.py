@@ -68,7 +68,7 @@ class Contact(Pool):
         self.scale = field("scale", bodies, dtype="f64", unit="m/s", doc="what the tolerance is a part of")
         self.error = field("error", bodies, dtype="f64", unit="m/s", doc="largest violation")
         self.open = field("open", bodies, dtype="i32", doc="1: is being solved")
-        self.travelled.fill(FAR)
+        runtime.fill(self.travelled, FAR)
         self.touching = 0  # pairs with a force
         self.iterations = 0  # of the last step
         self.all_iterations, self.solves, self.unsolved = 0, 0, 0
@@ -107,10 +107,12 @@ class Contact(Pool):
         port, pairs = self.port, self.pairs
         step = now.step % common
         port.look()
-        for s in port.surfaces:
-            if s.renumbered:
-                for body in range(s.first.body, s.first.body + len(s.bodies)):
-                    self.travelled[body] = FAR
+        if any(s.renumbered for s in port.surfaces):
+            travelled = runtime.get(self.travelled, port.n_bodies)
+            for s in port.surfaces:
+                if s.renumbered:
+                    travelled[s.first.body : s.first.body + len(s.bodies)] = FAR
+            runtime.put(self.travelled, travelled)
         if _wear(self, port.n_bodies, now.dt, self.skin, step):
             self._search()
         self.iterations = 0

@@ -131,7 +131,7 @@ class Pairs(Pool):
     def _search(self, part: np.ndarray, reach: float) -> np.ndarray:
         """Candidates with a body of this part, behind those that are there; returns the numbers of other bodies among them."""
         port = self.port
-        port.linked.fill(0)
+        runtime.fill(port.linked, 0)
         owners = port.n_discs + port.n_many + port.n_balls - port.n_wide
         before = self.n
         if port.n_balls > port.n_wide:
