@@ -1,7 +1,5 @@
 """Fields seen as NumPy arrays are what kernels see, and neither filling nor reading one compiles anything."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -33,23 +33,22 @@ def _press(
     book: ti.i32,
     push: ti.i32,
 ):
-    cells = ti.static(term.cells)
     for m in range(n):
         q = row + m
         s = load.cell[q]
-        if cells.broken[s] == 0:
-            x1, x2 = cells.a1[s], cells.a2[s]
+        if term.cells.broken[s] == 0:
+            x1, x2 = term.cells.a1[s], term.cells.a2[s]
             place = x1 * 0.0
-            for k in range(cells.n_corners[s]):
-                u = term.edge_u[cells.edge[s][k]]
+            for k in range(term.cells.n_corners[s]):
+                u = term.edge_u[term.cells.edge[s][k]]
                 place += term.bears[4 * s + k] * u
                 if load.follows[q] == 1:
                     g = term.side[4 * s + k]
                     x1 += g[0] * u
                     x2 += g[1] * u
-            force = p * cells.area[s] * x1.cross(x2)
+            force = p * term.cells.area[s] * x1.cross(x2)
             if push == 1:
-                for k in range(cells.n_corners[s]):
+                for k in range(term.cells.n_corners[s]):
                     term.side_force[4 * s + k] += term.bears[4 * s + k] * force
             if book == BOOK:
                 load.work[q] += 0.5 * (force + load.force[q]).dot(place - load.place[q])
