@@ -57,6 +57,7 @@ STEP = {
 TURNING = 1.07  # of free directors, over D sqrt(...) sqrt(alpha + (e/D)^2)
 ROUND, AT_HOLES = 0.78, 0.5  # finest spacing over D, of round ends and spheres, beside holes
 LARGE = 200_000  # nodes and particles from which on `validate` makes none of them
+HOLE = 800  # nodes that are made while one hole is cut
 RELAXATION = 2000  # force evaluations to the equilibrium of one load increment, the order of magnitude
 NEWTON = 5 * 4e-4  # s a node for one load increment of Newton's method, of some thousand nodes
 
@@ -116,10 +117,12 @@ def make(scene: Scene, memory_there: int | None = None) -> Made:
 
 def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.inf) -> Plan:
     """Checks the scene against its meshes (SceneError) and estimates the run. large: nodes and particles beyond which it makes none and
-    judges by their counts alone."""
+    judges by their counts alone; a hole counts as some of them."""
     memory_there = files.memory()
     counts = check_counts(scene, memory_there)  # before anything is made
-    if sum(counts.values()) > large and not any(isinstance(shell.surface, Given) for shell in scene.shells):
+    generated = [shell.surface for shell in scene.shells if not isinstance(shell.surface, Given)]
+    work = sum(counts.values()) + HOLE * sum(len(surface.holes) for surface in generated)
+    if work > large and len(generated) == len(scene.shells):
         bodies = tuple(_counted_shell(shell, counts[shell.name], scene) for shell in scene.shells)
         bodies += tuple(_rigid(body) for body in scene.rigids)
         bodies += tuple(_counted_fluid(fluid, counts[fluid.name], scene) for fluid in scene.fluids)

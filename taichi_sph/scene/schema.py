@@ -11,7 +11,7 @@ What a kind of body or coupling says, and what it checks against the rest of a s
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from itertools import combinations_with_replacement
 from typing import Annotated, Any, Literal
 
@@ -73,9 +73,9 @@ class Scene(Frozen):
     rigids: tuple[Rigid, ...] = ()
     fluids: tuple[Fluid, ...] = ()
     others: tuple[Annotated[SerializeAsAny[Body], _of(body_folder.kinds, "others")], ...] = ()
-    walls: tuple[Wall, ...] = ()  # of the fluids
-    meetings: tuple[Meeting, ...] = ()  # who meets whom, where that is not all
-    springs: tuple[Spring, ...] = ()
+    walls: Annotated[tuple[Wall, ...], Field(max_length=200)] = ()  # of the fluids
+    meetings: Annotated[tuple[Meeting, ...], Field(max_length=2000)] = ()  # who meets whom, where that is not all
+    springs: Annotated[tuple[Spring, ...], Field(max_length=2000)] = ()
     interactions: tuple[Annotated[SerializeAsAny[Frozen], _of(coupling_folder.kinds, "interactions")], ...] = ()
     forces: tuple[NodalForce, ...] = ()
     moments: tuple[NodalMoment, ...] = ()
@@ -172,6 +172,10 @@ class Scene(Frozen):
         """What holds between two bodies, by name: may they meet, with which restitution."""
         return met(self, one, other)
 
+    def meets(self) -> Callable[[str, str], bool]:
+        """Whether two bodies may meet, by name; to be asked of many."""
+        return meeting(self)
+
     def thrown(self) -> tuple[str, float]:
         """The body that starts fastest, in words, and its speed [m/s]."""
         speeds = {body.name: math.hypot(*getattr(body, "velocity", (0.0,))) for body in self.bodies}
@@ -183,7 +187,7 @@ class Scene(Frozen):
 
     def pairs(self) -> list[tuple[str, str]]:
         """Names of the bodies that may meet, a body with itself where it has self-contact."""
-        meets = meeting(self)
+        meets = self.meets()
         return [(a, b) for a, b in combinations_with_replacement([body.name for body in self.bodies], 2) if meets(a, b)]
 
     @property

@@ -26,11 +26,7 @@ LOOK = 10  # steps between two looks at the speed of a fluid
 
 def groups(scene: Scene, others: Sequence[Any], own: Sequence[Fluid]) -> list[FluidGroup]:
     """The groups of the scene's fluids: those that may meet, one through the other, are one. The pools of the second are called "fluid_2"
-    and so on. others: the groups so far, shells among them.
-
-    SceneError on a Vulkan device where there are others: its contact with so many particles finds none of them."""
-    if own and others and runtime.current().arch == "vulkan":
-        raise SceneError("arch: fluids beside other bodies are not possible yet on 'vulkan'; use --arch cpu or cuda")
+    and so on. others: the groups so far, shells among them."""
     found: list[list[Fluid]] = []
     for fluid in own:
         touched = [group for group in found if any(scene.met(fluid.name, one.name).meet for one in group)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, StrictInt, model_validator
@@ -105,15 +106,15 @@ class Fluid(Body):
             raise ValueError(f"{where}.fill.shell: there is no shell '{inside}'{nearest(inside, shells)}")
         if self.every not in (None, 1) and not any(body.what not in ("fluid", "rigid body") for body in scene.bodies):
             raise ValueError(f"{where}.every = {self.every}: steps of a shell, and the scene has none; leave it out")
+        meets = scene.meets()
         for other in scene.before(self):
-            self._beside(scene, where, other)
+            if meets(self.name, other.name):
+                self._beside(scene, meets, where, other)
         _walls(self, scene)
         scene.in_time("a fluid moves", "fluids")
 
-    def _beside(self, scene: Any, where: str, other: Fluid) -> None:
+    def _beside(self, scene: Any, meets: Callable[[str, str], bool], where: str, other: Fluid) -> None:
         """Two fluids that meet are one lattice of one law, of different density at most."""
-        if not scene.met(self.name, other.name).meet:
-            return
         apart = (
             "; not possible yet for fluids that can meet: make them equal, or part them by "
             f"Meeting(between=('{other.name}', '{self.name}'), meet=False)"
@@ -122,7 +123,7 @@ class Fluid(Body):
         if mine != theirs:
             raise ValueError(f"{where}.spacing {show(mine, 'm')} is not that of '{other.name}', {show(theirs, 'm')}{apart}")
         for body in scene.bodies:
-            if body.what != self.what and scene.met(self.name, body.name).meet != scene.met(other.name, body.name).meet:
+            if body.what != self.what and meets(self.name, body.name) != meets(other.name, body.name):
                 raise ValueError(f"meetings: '{body.name}' meets one of the fluids '{other.name}' and '{self.name}' alone{apart}")
         if self.support != other.support:
             raise ValueError(f"{where}.support {self.support:g} is not that of '{other.name}', {other.support:g}{apart}")

@@ -107,18 +107,24 @@ class NodalLoad(Pool):
     def __init__(self, name: str, nodes: Nodes, entries: Sequence, components: int, unit: str, curves: Curves):
         super().__init__(name)
         self.curves = curves
-        self.n = sum(len(i) for i, _, _ in entries)
+        node = np.concatenate([i for i, _, _ in entries])
+        value = np.concatenate([f for _, f, _ in entries])
+        curve = np.concatenate([np.full(len(i), curves.number(curve), np.int32) for i, _, curve in entries])
+        order = np.argsort(node, kind="stable")  # those of one node side by side, in the order of the scene
+        loaded, first = np.unique(node[order], return_index=True)
+        self.n = len(loaded)
         self.total = self.field("total", nodes.n, components, unit=unit, doc="on the node now")
-        self.node = self.field("node", self.n, dtype="i32", doc="of an entry")
-        self.value = self.field("value", self.n, components, unit=unit, doc="of an entry, at its full value")
-        self.curve = self.field("curve", self.n, dtype="i32", doc="number of its history")
-        runtime.put(self.node, np.concatenate([i for i, _, _ in entries]).astype(np.int32))
-        runtime.put(self.value, np.concatenate([f for _, f, _ in entries]))
-        runtime.put(self.curve, np.concatenate([np.full(len(i), curves.number(curve), np.int32) for i, _, curve in entries]))
+        self.node = self.field("node", self.n, dtype="i32", doc="a node with entries")
+        self.first = self.field("first", self.n + 1, dtype="i32", doc="its first entry")
+        self.value = self.field("value", len(node), components, unit=unit, doc="of an entry, at its full value")
+        self.curve = self.field("curve", len(node), dtype="i32", doc="number of its history")
+        runtime.put(self.node, loaded.astype(np.int32))
+        runtime.put(self.first, np.append(first, len(node)).astype(np.int32))
+        runtime.put(self.value, value[order])
+        runtime.put(self.curve, curve[order])
 
     def set(self, time: float) -> None:
         """Sum the entries at `time`."""
-        _clear(self, self.n)
         _gather(self, self.n, time)
 
 
@@ -161,13 +167,9 @@ def undrilled(loads: ti.template(), g, n, w):
 
 
 @ti.kernel
-def _clear(load: ti.template(), n: ti.i32):
-    for k in range(n):
-        load.total[load.node[k]] *= 0.0
-
-
-@ti.kernel
 def _gather(load: ti.template(), n: ti.i32, time: float):
-    ti.loop_config(serialize=True)  # a node may stand in several entries
-    for k in range(n):
-        load.total[load.node[k]] += load.value[k] * history(time, load.curves, load.curve[k])
+    for m in range(n):
+        total = load.total[load.node[m]] * 0.0
+        for k in range(load.first[m], load.first[m + 1]):
+            total += load.value[k] * history(time, load.curves, load.curve[k])
+        load.total[load.node[m]] = total

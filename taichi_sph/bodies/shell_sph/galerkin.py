@@ -447,7 +447,7 @@ def _break_blind(rows: ti.template(), cells: ti.template(), n_edges: ti.i32, n_t
     for m in range(n_touched):
         r = rows.touched[m]
         if r < n_edges and rows.alive[r] == 0:
-            for k in range(2):
+            for k in ti.static(range(2)):
                 side = cells.sides[r][k]
                 if side >= 0 and cells.broken[side // 4] == 0:
                     if ti.atomic_max(cells.broken[side // 4], 1) == 0:

@@ -78,20 +78,19 @@ class Rupture(Pool):
 
 @ti.kernel
 def _break(cells: ti.template(), nodes: ti.template(), n_new: ti.i32, time: ti.f64) -> ti.i32:
+    for m in range(n_new):
+        cells.broken[cells.new[m]] = 1
+        cells.rupture_time[cells.new[m]] = time
     fragments = 0
-    ti.loop_config(serialize=True)
-    for _ in range(1):
-        for m in range(n_new):
-            cells.broken[cells.new[m]] = 1
-        for m in range(n_new):
-            s = cells.new[m]
-            cells.rupture_time[s] = time
-            for k in range(cells.n_corners[s]):
+    for m in range(n_new):
+        s = cells.new[m]
+        for k in ti.static(range(4)):  # no atomic within a loop of the device (CONTRIBUTING.md, Vulkan)
+            if k < cells.n_corners[s]:
                 i = cells.corner[s][k]
                 alive = 0
                 for q in range(cells.start_of_node[i], cells.start_of_node[i + 1]):
                     alive += 1 - cells.broken[cells.of_node[q]]
-                if alive == 0 and nodes.fragment[i] == 0:
-                    nodes.fragment[i] = 1
-                    fragments += 1
+                if alive == 0:
+                    if ti.atomic_max(nodes.fragment[i], 1) == 0:  # the first of the cells that the node loses counts it
+                        fragments += 1
     return fragments

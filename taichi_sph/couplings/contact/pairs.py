@@ -159,16 +159,64 @@ class Pairs(Pool):
             self.n = 0
             return
         self._mark(bodies)
-        self.n = _keep(self, self.n)
+        self.n = _keep(self, self.n) if runtime.one_by_one() else self._kept()
+
+    def _kept(self) -> int:
+        """The same as `_keep`, in NumPy."""
+        port = self.port
+        due, body = runtime.get(port.due, port.n_bodies), runtime.get(port.body, port.n)
+        one, other = self._sides()
+        keep = due[body[one]] + due[body[other]] == 0
+        for field in (self.ball, self.other, self.flat, self.p):
+            runtime.put(field, runtime.get(field, self.n)[keep])
+        return int(keep.sum())
+
+    def _sides(self) -> tuple[np.ndarray, np.ndarray]:
+        """Movers of the ball and of the other, of each pair."""
+        port = self.port
+        mover = runtime.get(port.ball_mover, port.n_balls)
+        other, flat = runtime.get(self.other, self.n), runtime.get(self.flat, self.n) == 1
+        movers = np.zeros(self.n, np.int32)
+        movers[~flat] = mover[other[~flat]]
+        movers[flat] = runtime.get(port.disc_mover, port.n_discs)[other[flat]]
+        return mover[runtime.get(self.ball, self.n)], movers
 
     def list_movers(self) -> None:
         """The list of the port and the pairs of each mover on it, from the list of pairs."""
         port = self.port
-        runtime.put(self.starts, self.movers)
-        self.n_who = _incidence(self, self.n, port.n, port.n_bodies, len(self.movers))
-        self.bounds = runtime.get(self.starts, len(self.movers))
+        if runtime.one_by_one():
+            runtime.put(self.starts, self.movers)
+            self.n_who = _incidence(self, self.n, port.n, port.n_bodies, len(self.movers))
+            self.bounds = runtime.get(self.starts, len(self.movers))
+        else:
+            self._incidence()
         turning = [bound for s, bound in zip(port.surfaces, self.bounds, strict=False) if s.turns]
         port.turning = int(turning[0]) if turning else self.n_who
+
+    def _incidence(self) -> None:
+        """The same as `_incidence`, in NumPy."""
+        port, put = self.port, runtime.put
+        sides = self._sides()
+        body = runtime.get(port.body, port.n)
+        root, before = np.arange(port.n_bodies, dtype=np.int32), None
+        one, other = np.unique(np.sort(np.stack([body[side] for side in sides]), axis=0), axis=1)
+        while before is None or (root != before).any():  # each link hands the smaller number on
+            before = root.copy()
+            np.minimum.at(root, other, root[one])
+            np.minimum.at(root, one, root[other])
+            root = root[root]
+        mover = np.stack(sides, axis=1).ravel()  # of entry 2 pair + side
+        who, place, count = np.unique(mover, return_inverse=True, return_counts=True)
+        self.n_who = len(who)
+        self.bounds = np.searchsorted(who, self.movers)
+        put(self.root, root)
+        put(port.who, who)
+        put(port.whose, body[who])
+        put(self.part, root[body[who]])
+        put(self.first, np.concatenate([[0], np.cumsum(count)]).astype(np.int32))
+        put(self.entry, np.argsort(mover, kind="stable").astype(np.int32))
+        put(self.a, place[0::2].astype(np.int32))
+        put(self.b, place[1::2].astype(np.int32))
 
     def renew(self) -> None:
         self.list_movers()
