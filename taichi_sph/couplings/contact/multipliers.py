@@ -42,6 +42,7 @@ from .said import PinballContact
 
 BLOCK = 512
 FIRST, CHECK = 2, 8  # iterations before the first look at the error; the most between two looks
+SMALL_LIST = 8192  # pairs; fewer are solved by one thread, faster than threads are woken
 FAR = 1e30  # m: a way after which anything must be searched
 SMALL = 1e-2  # of the fastest speed: an approach below it is not resolved any finer
 
@@ -80,6 +81,7 @@ class Contact(Pool):
         self.error = field("error", bodies, dtype="f64", unit="m/s", doc="largest violation")
         self.open = field("open", bodies, dtype="i32", doc="1: is being solved")
         self.travelled.fill(FAR)
+        self.did = field("did", 1, dtype="i32", doc="iterations of the last step that one thread made")
         self.touching = 0  # pairs with a force
         self.iterations = 0  # of the last step
         self.all_iterations, self.solves, self.unsolved = 0, 0, 0
@@ -145,10 +147,28 @@ class Contact(Pool):
         runtime.put(self.travelled, travelled)
 
     def _solve(self) -> None:
+        pairs, most, tolerance = self.pairs, self.settings.iterations, self.settings.tolerance
+        if runtime.one_by_one() and pairs.n < SMALL_LIST:
+            error = _solve_here(self, most, tolerance)
+            self.iterations = int(self.did[0])
+        else:
+            error = self._solve_together(most, tolerance)
+        if not np.isfinite(error):
+            raise RunStopped(
+                "contact: the velocities of touching bodies are no numbers any more; the step is likely too long: lower "
+                "numerics.time_step_safety, and look at the last frame"
+            )
+        self.unsolved += int(error > tolerance)
+        self.largest_error = max(self.largest_error, error)
+        self.all_iterations += self.iterations
+        self.solves += 1
+
+    def _solve_together(self, most: int, tolerance: float) -> float:
+        """`_solve_here` with a loop of all threads for each part of an iteration, to the same bits; returns the error left."""
         t, some = 1.0, FIRST
         error = np.inf
-        while self.iterations < self.settings.iterations:
-            some = min(some, self.settings.iterations - self.iterations)
+        while self.iterations < most:
+            some = min(some, most - self.iterations)
             for done in range(0, some, 2):
                 second, third = _next(t), _next(_next(t))
                 twice = int(some - done > 1)
@@ -156,19 +176,10 @@ class Contact(Pool):
                 t = third if twice else second
             self.iterations += some
             some = min(2 * some, CHECK)
-            error = _error(self, self.settings.tolerance)
-            if not np.isfinite(error):
-                raise RunStopped(
-                    "contact: the velocities of touching bodies are no numbers any more; the step is likely too long: lower "
-                    "numerics.time_step_safety, and look at the last frame"
-                )
-            if error <= self.settings.tolerance:
+            error = _error(self, tolerance)
+            if not error > tolerance:
                 break
-        else:
-            self.unsolved += 1
-        self.largest_error = max(self.largest_error, error)
-        self.all_iterations += self.iterations
-        self.solves += 1
+        return error
 
     @property
     def penetration(self) -> float:
@@ -334,8 +345,11 @@ def _measure(contact: ti.template(), dt: ti.f64, skin: ti.f64, speeds: ti.i32, s
                 if e > 0.0:
                     slack = free + e * before
             pairs.before[k], pairs.free[k], pairs.slack[k] = before, free, slack
-            near = 0
-            if gap + lasts * ti.min(free, 0.0) < 0.3 * skin:
+            near, reach = 0, 0.3 * skin
+            if ti.static(port.thin):
+                if pairs.sort[k] == FACE:  # what can come to touch within the step: each pair more on a node slows the others down
+                    reach = ti.min(reach, lasts * (port.speed[port.whose[a]] + port.speed[port.whose[b]]))
+            if gap + lasts * ti.min(free, 0.0) < reach:
                 near = 1
             pairs.near[k] = near
             if near == 0:
@@ -425,9 +439,12 @@ def _moved(contact: ti.template(), k, a, b, turning):
 @ti.func
 def _held_back(contact: ti.template(), k, q, p):
     """q, brought back to what friction can bear under the impulse p."""
-    most = p * contact.pairs.table.friction[
-        contact.port.whose[contact.pairs.a[k]] * contact.pairs.size[BODIES] + contact.port.whose[contact.pairs.b[k]]
-    ]
+    most = (
+        p
+        * contact.pairs.table.friction[
+            contact.port.whose[contact.pairs.a[k]] * contact.pairs.size[BODIES] + contact.port.whose[contact.pairs.b[k]]
+        ]
+    )
     size = q.norm()
     if size > most:
         q *= most / size
@@ -487,48 +504,111 @@ def _iterate(contact: ti.template(), first: ti.f64, second: ti.f64, twice: ti.i3
             _project(contact, k, pairs.size[TURNING], second)
 
 
+@ti.func
+def _settle(contact: ti.template(), m, turning):
+    """The impulses of p and q on the mover at place m, and its change of velocity by them."""
+    port = contact.port
+    J, L = _impulse(contact, m, turning, 0)
+    contact.dv[m] = port.ease[m] * J
+    port.impulse[m] = J
+    if m >= turning:
+        contact.dw[m - turning] = port.spin(m, turning, L)
+        port.twist[m - turning] = L
+
+
+@ti.func
+def _wrong(contact: ti.template(), k, a, b, turning):
+    """Violation of pair k by p and q, of the constraint or of complementarity [m/s]."""
+    pairs = contact.pairs
+    v, normal = _moved(contact, k, a, b, turning), pairs.normal[k]
+    r = pairs.slack[k] + v.dot(normal)
+    wrong = ti.max(-r, ti.min(r, pairs.p[k] * pairs.weight[k]))
+    if ti.static(pairs.table.rubs):
+        s = pairs.slip[k] + v - v.dot(normal) * normal
+        q = _held_back(contact, k, pairs.q[k] - s / pairs.weight[k], pairs.p[k])
+        wrong = ti.max(wrong, (q - pairs.q[k]).norm() * pairs.weight[k])
+    if not (wrong < ti.math.inf):  # also true for nan
+        wrong = ti.math.inf
+    return wrong
+
+
+@ti.func
+def _close(contact: ti.template(), b, tolerance):
+    """Error of the part whose root is the body b, over its scale; 0 of other bodies. A part within the tolerance is closed."""
+    error = ti.cast(0.0, ti.f64)
+    if contact.port.pushed[b] == 1 and contact.pairs.root[b] == b:
+        error = contact.error[b] / contact.scale[b]
+        if error <= tolerance:
+            contact.open[b] = 0
+    return error
+
+
 @ti.kernel
 def _error(contact: ti.template(), tolerance: ti.f64) -> ti.f64:
-    """Largest violation by p and q, of the constraint or of complementarity, over the scale of its part; parts within the tolerance are
-    closed. The impulses of the movers are those of this look."""
-    port, pairs = contact.port, contact.pairs
+    """Largest error of all parts; those within the tolerance are closed. The impulses of the movers are those of this look."""
+    pairs = contact.pairs
     ti.loop_config(serialize=True)
     for b in range(pairs.size[BODIES]):
         if contact.open[b] == 1:
             contact.error[b] = 0.0
     for m in range(pairs.size[WHO]):
         if contact.open[pairs.part[m]] == 1:
-            turning = pairs.size[TURNING]
-            J, L = _impulse(contact, m, turning, 0)
-            contact.dv[m] = port.ease[m] * J
-            port.impulse[m] = J
-            if m >= turning:
-                contact.dw[m - turning] = port.spin(m, turning, L)
-                port.twist[m - turning] = L
+            _settle(contact, m, pairs.size[TURNING])
     for k in range(pairs.size[PAIRS]):
         if pairs.near[k] == 1:
             a, b = pairs.a[k], pairs.b[k]
             part = pairs.part[a]
             if contact.open[part] == 1:
-                v, normal = _moved(contact, k, a, b, pairs.size[TURNING]), pairs.normal[k]
-                r = pairs.slack[k] + v.dot(normal)
-                wrong = ti.max(-r, ti.min(r, pairs.p[k] * pairs.weight[k]))
-                if ti.static(pairs.table.rubs):
-                    s = pairs.slip[k] + v - v.dot(normal) * normal
-                    q = _held_back(contact, k, pairs.q[k] - s / pairs.weight[k], pairs.p[k])
-                    wrong = ti.max(wrong, (q - pairs.q[k]).norm() * pairs.weight[k])
-                if not (wrong < ti.math.inf):  # also true for nan
-                    wrong = ti.math.inf
+                wrong = _wrong(contact, k, a, b, pairs.size[TURNING])
                 if wrong > contact.error[part]:
                     ti.atomic_max(contact.error[part], wrong)
     worst = ti.cast(0.0, ti.f64)
     ti.loop_config(serialize=True)
     for b in range(pairs.size[BODIES]):
-        if port.pushed[b] == 1 and pairs.root[b] == b:
-            error = contact.error[b] / contact.scale[b]
-            worst = ti.max(worst, error)
-            if error <= tolerance:
-                contact.open[b] = 0
+        worst = ti.max(worst, _close(contact, b, tolerance))
+    return worst
+
+
+@ti.kernel
+def _solve_here(contact: ti.template(), most: ti.i32, tolerance: ti.f64) -> ti.f64:
+    """All iterations by one thread; returns the largest error left, and their number in `did`."""
+    pairs = contact.pairs
+    worst = ti.cast(0.0, ti.f64)
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        n_who, n, turning, bodies = pairs.size[WHO], pairs.size[PAIRS], pairs.size[TURNING], pairs.size[BODIES]
+        t = ti.cast(1.0, ti.f64)
+        did, some, going = 0, FIRST, 1
+        while going == 1 and did < most:
+            some = ti.min(some, most - did)
+            for _i in range(some):
+                after = 0.5 * (1.0 + ti.sqrt(1.0 + 4.0 * t * t))
+                for m in range(n_who):
+                    if contact.open[pairs.part[m]] == 1:
+                        _change(contact, m, turning)
+                for k in range(n):
+                    if pairs.near[k] == 1:
+                        _project(contact, k, turning, (t - 1.0) / after)
+                t = after
+            did += some
+            some = ti.min(2 * some, CHECK)
+            for b in range(bodies):
+                if contact.open[b] == 1:
+                    contact.error[b] = 0.0
+            for m in range(n_who):
+                if contact.open[pairs.part[m]] == 1:
+                    _settle(contact, m, turning)
+            for k in range(n):
+                if pairs.near[k] == 1:
+                    part = pairs.part[pairs.a[k]]
+                    if contact.open[part] == 1:
+                        contact.error[part] = ti.max(contact.error[part], _wrong(contact, k, pairs.a[k], pairs.b[k], turning))
+            worst = 0.0
+            for b in range(bodies):
+                worst = ti.max(worst, _close(contact, b, tolerance))
+            if not worst > tolerance:
+                going = 0
+        contact.did[0] = did
     return worst
 
 
