@@ -52,8 +52,8 @@ def _above(scene: Scene, shell: Shell, mesh: SurfaceMesh, name: str, wall: Wall,
     found = [narrow(f"the gap between '{shell.name}' and {name}", float(gaps.max()), fluid, spacing, show)] if len(gaps) else []
     if stands.any() and not _held(scene, shell, mesh, over[stands], normal):
         found.append(
-            f"'{shell.name}' stands on {name} and may lift: through a gap below {show(FLOWS * spacing, 'm')}, {FLOWS:g} D of '{fluid}', water "
-            f"passes haltingly or not at all; take a spacing of 1/{FREELY:g} of the gap that you expect"
+            f"'{shell.name}' stands on {name} and may lift: through a gap below {show(FLOWS * spacing, 'm')}, {FLOWS:g} D of '{fluid}', "
+            f"water passes haltingly or not at all; take a spacing of 1/{FREELY:g} of the gap that you expect"
         )
     return found
 

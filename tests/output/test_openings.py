@@ -12,8 +12,21 @@ from taichi_sph.output.frames import FramesWriter
 from taichi_sph.output.measures.openings import too_narrow
 from taichi_sph.run.plan import plan
 from taichi_sph.scene import (
-    Box, Fluid, FluidBox, Hole, HoleIn, Material, Meeting, Numerics, Plate, PrescribedVelocity, Scene, Shell, Wall, dump
-)  # fmt: skip
+    Box,
+    Fluid,
+    FluidBox,
+    Hole,
+    HoleIn,
+    Material,
+    Meeting,
+    Numerics,
+    Plate,
+    PrescribedVelocity,
+    Scene,
+    Shell,
+    Wall,
+    dump,
+)
 
 D = 0.01
 
