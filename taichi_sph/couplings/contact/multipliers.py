@@ -18,8 +18,9 @@ gradient and is brought back to the disc of radius mu p, p being that of the sam
 
 Solved by accelerated projected gradients (Nesterov; Mazhar et al. 2015), each pair scaled by the inverse masses that
 it would see if every mover were split among its pairs (Tonge et al. 2012): that scaling bounds b from above for any set of
-pairs, redundant ones too. The momentum of a pair restarts when it climbs (after O'Donoghue and Candes 2015, who restart all at once). Pairs
-gather from movers and movers from pairs: no scatter, one result for any number of threads.
+pairs, redundant ones too. A corner of a face that takes the part w of an impulse counts as w pairs, for
+(sum w p)^2 <= sum w  sum w p^2. The momentum of a pair restarts when it climbs (after O'Donoghue and Candes 2015, who restart all at
+once). Pairs gather from movers and movers from pairs: no scatter, one result for any number of threads.
 
 Bodies that pairs link are a part (pairs.py). Each part has its own tolerance and ends when it has reached it, so that no part follows from
 another one far away.
@@ -63,7 +64,7 @@ class Contact(Pool):
         field = self.field
         self.dv = field("dv", room, 3, "f64", unit="m/s", doc="change of velocity by the impulses, at a place of the port's list")
         self.dw = field("dw", max(port.n - port.n_still, 1), 3, "f64", unit="rad/s", doc="change of spin, of those that turn")
-        self.share = field("share", room, dtype="i32", doc="near pairs of a mover")
+        self.share = field("share", room, dtype="f64", doc="near pairs of a mover; of a face's corner its part counts")
         self.work = field("work", blocks, dtype="f64", unit="J", doc="done on the bodies up to time n, by blocks of pairs", keeps=True)
         self.ahead = field("ahead", blocks, dtype="f64", unit="J", doc="what contact does on the way to n + 1", keeps=True)
         rubbed = blocks if table.rubs else 1
@@ -292,6 +293,16 @@ def _speeds(contact: ti.template(), k, a, b, turning):
 
 
 @ti.func
+def _part(contact: ti.template(), k, side):
+    """How much of the impulse of pair k the mover on that side takes: all of it, or the part of a face's corner."""
+    part = ti.cast(1.0, ti.f64)
+    if ti.static(contact.port.thin):
+        if side > 0 and contact.pairs.sort[k] == FACE:
+            part = contact.pairs.split[k][side - 1]
+    return part
+
+
+@ti.func
 def _mobility(contact: ti.template(), m, turning, arm, normal):
     """Of a mover: change of its speed along the normal by a unit impulse [1/kg]; where bodies rub, along any direction at most."""
     w = ti.cast(0.0, ti.f64)
@@ -312,7 +323,7 @@ def _weight(contact: ti.template(), k, a, b, turning):
         if pairs.sort[k] == FACE:
             for c in ti.static(range(4)):
                 m, part = pairs.corner[k][c], pairs.split[k][c]
-                weight += contact.share[m] * part**2 * _mobility(contact, m, turning, pairs.arm_b[k], normal)
+                weight += contact.share[m] * part * _mobility(contact, m, turning, pairs.arm_b[k], normal)
         else:
             weight += contact.share[b] * _mobility(contact, b, turning, pairs.arm_b[k], normal)
     else:
@@ -379,9 +390,10 @@ def _measure(contact: ti.template(), dt: ti.f64, skin: ti.f64, speeds: ti.i32, s
             acting += acts
     for m in range(pairs.size[WHO]):
         if contact.open[pairs.part[m]] == 1:
-            count = 0
+            count = ti.cast(0.0, ti.f64)
             for e in range(pairs.first[m], pairs.first[m + 1]):
-                count += pairs.near[pairs.entry[e] // ti.static(pairs.sides)]
+                k, side = pairs.entry[e] // ti.static(pairs.sides), pairs.entry[e] % ti.static(pairs.sides)
+                count += pairs.near[k] * _part(contact, k, side)
             contact.share[m] = count
     for k in range(pairs.size[PAIRS]):
         a, b = pairs.a[k], pairs.b[k]
@@ -413,8 +425,7 @@ def _impulse(contact: ti.template(), m, turning, extrapolated):
             if side > 0:
                 push = -push
             if ti.static(contact.port.thin):
-                if side > 0 and pairs.sort[k] == FACE:
-                    push *= pairs.split[k][side - 1]
+                push *= _part(contact, k, side)
             J += push
             if m >= turning:
                 arm = pairs.arm_a[k]
