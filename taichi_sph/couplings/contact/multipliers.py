@@ -178,7 +178,7 @@ class Contact(Pool):
             self.iterations += some
             some = min(2 * some, CHECK)
             error = _error(self, tolerance)
-            if not error > tolerance:
+            if error <= tolerance or not np.isfinite(error):
                 break
         return error
 
@@ -617,7 +617,7 @@ def _solve_here(contact: ti.template(), most: ti.i32, tolerance: ti.f64) -> ti.f
             worst = 0.0
             for b in range(bodies):
                 worst = ti.max(worst, _close(contact, b, tolerance))
-            if not worst > tolerance:
+            if worst <= tolerance or worst == ti.math.inf:
                 going = 0
         contact.did[0] = did
     return worst

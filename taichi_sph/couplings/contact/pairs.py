@@ -120,7 +120,7 @@ class Pairs(Pool):
         if port.n_discs and port.n_many:
             self.grid = CellGrid("pairs.grid", port.disc_x, port.n_discs, 1.0)  # its reach is that of each search
         if port.thin:
-            self.face_grid = CellGrid("pairs.face_grid", port.face_x, port.n_faces, 1.0)
+            self.face_grid = CellGrid("pairs.faces.grid", port.face_x, port.n_faces, 1.0)
 
     def search(self, parts: list[np.ndarray], reach: np.ndarray) -> list[np.ndarray]:
         """New candidates of these parts (arrays of body numbers); returns the parts as they are then.
