@@ -22,7 +22,7 @@ class Cells(Pool):
 @ti.kernel
 def find(cells: ti.template(), n: ti.i32, sides: ti.i32):
     for k in range(n):
-        c = cells.corner
+        c = ti.static(cells.corner)
         cells.split[k], cells.q[k] = nearest(c[4 * k], c[4 * k + 1], c[4 * k + 2], c[4 * k + 3], sides, cells.x[k])
 
 

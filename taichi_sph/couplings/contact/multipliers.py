@@ -58,7 +58,7 @@ class Contact(Pool):
         super().__init__(name)
         self.port, self.settings, self.skin = port, settings, skin
         self.pairs = pairs = Pairs(port, table)
-        room, bodies = min(port.n, 2 * pairs.capacity), port.n_bodies
+        room, bodies = min(port.n, pairs.sides * pairs.capacity), port.n_bodies
         blocks = -(-pairs.capacity // BLOCK)
         self.blocks = blocks
         field = self.field
