@@ -12,7 +12,7 @@ from taichi_sph.scene import InitialVelocity, Meeting, Numerics, Pinball, Pinbal
 from taichi_sph.world.world import World
 
 from ..balls import ball
-from ..exact import restarts_exactly, threads_change_nothing
+from ..exact import restarts_exactly, same_state, threads_change_nothing
 from .test_several import STEEL, THICKNESS, momentum, of, plate
 
 G = 9.81
@@ -156,6 +156,17 @@ def test_two_plates_rub(along):
 
 def test_restart_is_exact():
     restarts_exactly(rubbing_plates, 40, 40)
+
+
+def test_one_thread_and_all_of_them_find_the_same_bits(monkeypatch):
+    """Short lists of pairs are solved by one thread in one call, long ones by loops of all."""
+    states = []
+    for few in (10**6, 0):
+        monkeypatch.setattr("taichi_sph.couplings.contact.multipliers.SMALL_LIST", few)
+        sim = rubbing_plates()
+        sim.advance(60)
+        states.append(sim.state())
+    assert same_state(*states) == [] and sim.contact.all_iterations > 0
 
 
 @pytest.mark.long

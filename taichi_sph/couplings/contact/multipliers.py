@@ -43,7 +43,7 @@ from .said import PinballContact
 
 BLOCK = 512
 FIRST, CHECK = 2, 8  # iterations before the first look at the error; the most between two looks
-SMALL_LIST = 8192  # pairs; fewer are solved by one thread, faster than threads are woken
+SMALL_LIST = 4096  # pairs; fewer are solved by one thread, faster than threads are woken
 FAR = 1e30  # m: a way after which anything must be searched
 SMALL = 1e-2  # of the fastest speed: an approach below it is not resolved any finer
 
