@@ -1,8 +1,9 @@
 """Bodies that lie in each other at the start, found before anything is compiled. NumPy and SciPy only.
 
 Every body is seen as contact sees it (couplings/contact): a shell node as a disc half as thick as the shell on either side, which reaches
-half way to the farthest corner of its cells (at a border or a cut: half way to the next node); a rigid body as its pinballs; a fluid
-particle as a ball, smaller where pressure carries the fluid and contact only stands behind it. Pairs that may not meet are left out.
+half way to the farthest corner of its cells (at a border or a cut: half way to the next node), and to another shell as a thin ball that
+meets whole cells; a rigid body as its pinballs; a fluid particle as a ball, smaller where pressure carries the fluid and contact only
+stands behind it. Pairs that may not meet are left out.
 """
 
 from __future__ import annotations
@@ -34,7 +35,8 @@ class Balls:
 
 @dataclass(frozen=True)
 class Discs:
-    """centres (n, 3), normals (n, 3), radii (n,) and half [m], half the thickness; sound (n,): no border and no cut beside it."""
+    """centres (n, 3), normals (n, 3), radii (n,) and half [m], half the thickness; sound (n,): no border and no cut beside it; edges (E, 2)
+    and cells (C, 4) between them, those that are whole, the last corner -1 in a triangle."""
 
     centres: np.ndarray
     normals: np.ndarray
@@ -42,6 +44,7 @@ class Discs:
     half: float
     sound: np.ndarray
     edges: np.ndarray
+    cells: np.ndarray
 
 
 def discs(shell: Shell, mesh: SurfaceMesh) -> Discs:
@@ -62,7 +65,7 @@ def discs(shell: Shell, mesh: SurfaceMesh) -> Discs:
                 np.maximum.at(reach, node[alive], length[alive])
     sound[np.unique(mesh.edges.nodes[(mesh.edges.sides < 0).any(axis=1)])] = False
     radii = 0.5 * np.where(sound, np.maximum(near, far), np.where(near > 0, near, mesh.node_spacing))
-    return Discs(mesh.points, mesh.node_normals, radii, 0.5 * shell.thickness, sound, mesh.edges.nodes)
+    return Discs(mesh.points, mesh.node_normals, radii, 0.5 * shell.thickness, sound, mesh.edges.nodes, mesh.cells[live])
 
 
 def check_overlaps(scene: Scene, meshes: Mapping[str, SurfaceMesh], fillings: Mapping[str, Filling]) -> None:
@@ -184,14 +187,42 @@ def _shells(a: str, one: Discs, b: str, other: Discs, allowed: float) -> None:
     thick = one.half + other.half
     least = thick
     for first, second in ((one, other), (other, one)):
-        i, j = _near(first.centres, second.centres, float(thick + second.radii.max()))
-        if len(i):
-            least = min(least, float(_from_flat(first.centres[i], second, j).min()))
+        least = min(least, _from_cells(first.centres, second, thick))
     if least < thick - allowed:
         raise SceneError(
             f"shells '{a}' and '{b}' start {show(least, 'm')} apart, nearer than the mean of their thicknesses, {show(thick, 'm')}: "
             "move one of them away"
         )
+
+
+def _from_cells(points: np.ndarray, shell: Discs, reach: float) -> float:
+    """Least distance [m] of points from the cells of a shell, as far as it is below `reach`; as in couplings/contact/faces.py."""
+    corners = np.where(shell.cells < 0, shell.cells[:, [2]], shell.cells)
+    x = shell.centres[corners]
+    middle = x[:, :3].mean(axis=1)
+    four = shell.cells[:, 3] >= 0
+    middle[four] = x[four].mean(axis=1)
+    size = np.linalg.norm(x - middle[:, None], axis=2).max(axis=1)
+    i, f = _near(points, middle, float(reach + size.max(initial=0.0)))
+    least = reach
+    for k in range(4):
+        one, two = x[f, k], x[f, (k + 1) % 4]  # of a triangle the side from its last corner to itself adds nothing
+        least = min(least, float(_from_triangles(points[i], one, two, middle[f]).min(initial=reach)))
+    return least
+
+
+def _from_triangles(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """(N,) distances [m] of the points p from the triangles a, b, c, all (N, 3): inside by the normal, else to the nearest side."""
+    n = np.cross(b - a, c - a)
+    area = np.einsum("ni,ni->n", n, n)
+    inside, nearest = area > 0, np.full(len(p), np.inf)
+    for one, two in ((a, b), (b, c), (c, a)):
+        side = two - one
+        inside &= np.einsum("ni,ni->n", np.cross(side, p - one), n) >= 0
+        along = np.einsum("ni,ni->n", p - one, side) / np.maximum(np.einsum("ni,ni->n", side, side), 1e-300)
+        nearest = np.minimum(nearest, np.linalg.norm(p - one - np.clip(along, 0.0, 1.0)[:, None] * side, axis=1))
+    up = np.abs(np.einsum("ni,ni->n", p - a, n)) / np.sqrt(np.maximum(area, 1e-300))
+    return np.where(inside, up, nearest)
 
 
 def _fluids(a: str, one: Filling, b: str, other: Filling) -> None:

@@ -6,6 +6,7 @@ Meshes are made (NumPy), regions and cuts are tried on them; sizes, steps and se
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -135,7 +136,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     check_overlaps(scene, made.meshes, made.fillings)
     bodies = tuple(_body(shell, made.meshes[shell.name], scene) for shell in scene.shells)
     bodies += tuple(_rigid(body) for body in scene.rigids)
-    bodies += tuple(_fluid(fluid, made.fillings[fluid.name], scene) for fluid in scene.fluids)
+    bodies += tuple(_fluid(fluid, made.fillings[fluid.name], scene, made.meshes) for fluid in scene.fluids)
     return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second, made)
 
 
@@ -254,9 +255,9 @@ def _rigid(body: Rigid) -> BodyPlan:
     )
 
 
-def _fluid(fluid: Fluid, filling: Filling, scene: Scene) -> BodyPlan:
+def _fluid(fluid: Fluid, filling: Filling, scene: Scene, meshes: Mapping[str, SurfaceMesh]) -> BodyPlan:
     """Its particles, and the step of sound through them."""
-    n, note = len(filling.points), "; ".join([filling.sentence, *too_narrow(scene, fluid.name)])
+    n, note = len(filling.points), "; ".join([filling.sentence, *too_narrow(scene, fluid.name, meshes)])
     return _of_particles(fluid, scene, n, filling.mass * n, fluid.water.density * filling.volume, filling.spacing, note)
 
 

@@ -8,12 +8,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 _BY_REGION = "a shell has one {} throughout; make two shells, or wait for regions of a mesh"
-_SMOOTH = "bodies slide on each other without friction"
 _PAIR = "is said of a pair of bodies: Meeting(between=(one, other), {})"
 
 NOT_YET: dict[str, dict[str, str]] = {
     "Scene": {
-        "friction": _SMOOTH,
         "temperature": "temperature is not followed",
         "thermal": "temperature is not followed",
         "heat": "temperature is not followed",
@@ -27,7 +25,6 @@ NOT_YET: dict[str, dict[str, str]] = {
         "damping": "there is no damping of whole bodies; springs may damp, and static finds equilibrium",
     },
     "Shell": {
-        "friction": _SMOOTH,
         "thickness_by_region": _BY_REGION.format("thickness"),
         "thicknesses": _BY_REGION.format("thickness"),
         "material_by_region": _BY_REGION.format("material"),
@@ -45,7 +42,6 @@ NOT_YET: dict[str, dict[str, str]] = {
         "erosion": "cells break by their law of damage: material.damage with critical_damage",
     },
     "Rigid": {
-        "friction": _SMOOTH,
         "surface": "a rigid body is made of spheres: pinballs",
         "mesh": "a rigid body is made of spheres: pinballs",
         "shape": "a rigid body is made of spheres: pinballs",
@@ -60,14 +56,12 @@ NOT_YET: dict[str, dict[str, str]] = {
         "inflow": "water does not flow in; what is there is there at the start",
     },
     "PinballContact": {
-        "friction": _SMOOTH,
         "type": "there is one kind of contact, pinballs with multipliers; no penalty, no surface to surface",
         "penalty": "there is one kind of contact, pinballs with multipliers; no penalty",
         "stiffness": "there is one kind of contact, pinballs with multipliers; no penalty",
         "damping": "contact takes energy by restitution alone",
     },
     "Meeting": {
-        "friction": _SMOOTH,
         "type": "there is one kind of contact, pinballs with multipliers; no penalty, no surface to surface",
         "penalty": "there is one kind of contact, pinballs with multipliers; no penalty",
         "stiffness": "there is one kind of contact, pinballs with multipliers; no penalty",
@@ -105,6 +99,7 @@ NOT_YET: dict[str, dict[str, str]] = {
 
 ELSEWHERE: dict[str, dict[str, str]] = {
     "Scene": {
+        "friction": _PAIR.format("friction=..."),
         "contacts": "is numerics.contact, and meetings for pairs of bodies",
         "contact": "is numerics.contact, and meetings for pairs of bodies",
         "loads": "are forces, moments, pressures and gravity",
@@ -120,6 +115,7 @@ ELSEWHERE: dict[str, dict[str, str]] = {
     },
     "Shell": {
         "restitution": _PAIR.format("restitution=..."),
+        "friction": _PAIR.format("friction=..."),
         "contact": "is numerics.contact of the scene; self_contact = true lets parts of one shell meet",
         "holes": "stand in the surface: surface.holes = (HoleIn(centre=..., radius=...),)",
         "mesh": "is surface: MeshFile(path=...), or Net(points=..., cells=...)",
@@ -129,11 +125,13 @@ ELSEWHERE: dict[str, dict[str, str]] = {
         "young": "is material.young",
     },
     "Rigid": {
+        "friction": _PAIR.format("friction=..."),
         "radius": "is pinballs: each has a centre and a radius",
         "fixed": "is held",
         "motion": "is driven",
         "history": "is driven.history",
     },
+    "PinballContact": {"friction": _PAIR.format("friction=...")},
     "Numerics": {
         "dt": "follows from the spacing; time_step_safety lowers it",
         "time_step": "follows from the spacing; time_step_safety lowers it",

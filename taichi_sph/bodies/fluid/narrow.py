@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 FLOWS = 2.0  # spacings of the fluid: water passes a narrower opening haltingly or not at all
+SHUT = 0.25  # spacings: a gap that is no opening
 FREELY = 4.0  # spacings across an opening, of a resolution that lets it flow
 
 

@@ -6,11 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...bodies.fluid.narrow import FLOWS, narrow
+from ...bodies.fluid.narrow import FLOWS, SHUT, narrow
 from ..folder import RunFolder
 from . import fragments
-
-SHUT = 0.25  # spacings: a gap that is no opening
 
 
 def torn(run: RunFolder, shell: str) -> float:
