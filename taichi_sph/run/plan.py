@@ -6,7 +6,7 @@ Meshes are made (NumPy), regions and cuts are tried on them; sizes, steps and se
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from ..bodies.fluid.fill import Filling, fill_fluid
 from ..bodies.fluid.said import Fluid
 from ..bodies.rigid.said import Rigid
+from ..bodies.shell.parts import Part, Split, meshed, parts, split_of
 from ..errors import SceneError
 from ..geometry.cuts import cells_cut
 from ..geometry.mesh import SurfaceMesh
@@ -86,6 +87,7 @@ class Made:
 
     meshes: dict[str, SurfaceMesh]
     fillings: dict[str, Filling]
+    splits: dict[str, Split] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -111,7 +113,8 @@ def make(scene: Scene, memory_there: int | None = None) -> Made:
     """The meshes of the shells and the fillings of the fluids; SceneError where those would not fit into `memory_there` bytes."""
     meshes = {shell.name: mesh_of(shell, scene) for shell in scene.shells}
     check_counts(scene, memory_there, meshes)
-    return Made(meshes, {f.name: fill_fluid(f, scene, meshes) for f in scene.fluids})
+    splits = {shell.name: split_of(shell, scene) for shell in scene.shells if shell.patch is not None}
+    return Made(meshes, {f.name: fill_fluid(f, scene, meshes) for f in scene.fluids}, splits)
 
 
 def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.inf) -> Plan:
@@ -119,7 +122,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     judges by their counts alone."""
     memory_there = files.memory()
     counts = check_counts(scene, memory_there)  # before anything is made
-    if sum(counts.values()) > large and not any(isinstance(shell.surface, Given) for shell in scene.shells):
+    if sum(counts.values()) > large and not any(isinstance(s.surface, Given) or s.patch is not None for s in scene.shells):
         bodies = tuple(_counted_shell(shell, counts[shell.name], scene) for shell in scene.shells)
         bodies += tuple(_rigid(body) for body in scene.rigids)
         bodies += tuple(_counted_fluid(fluid, counts[fluid.name], scene) for fluid in scene.fluids)
@@ -130,7 +133,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     _check_modes(scene, made.meshes)
     _check_springs(scene, made.meshes)
     check_overlaps(scene, made.meshes, made.fillings)
-    bodies = tuple(_body(shell, made.meshes[shell.name], scene) for shell in scene.shells)
+    bodies = tuple(_part(one, made, scene) for one in parts(scene))
     bodies += tuple(_rigid(body) for body in scene.rigids)
     bodies += tuple(_fluid(fluid, made.fillings[fluid.name], scene) for fluid in scene.fluids)
     return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second, made)
@@ -166,6 +169,20 @@ def _estimated(scene: Scene, bodies: tuple[BodyPlan, ...], node_steps_per_second
         seconds=seconds,
         made=made or Made({}, {}),
         counted=made is None,
+    )
+
+
+def _part(one: Part, made: Made, scene: Scene) -> BodyPlan:
+    """A shell, or its elements, or its particles."""
+    if one.whole.patch is None:
+        return _body(one.said, made.meshes[one.whole.name], scene)
+    split, mesh = meshed(one, scene)
+    assert split is not None
+    own = one.said.name == one.whole.name
+    areas = split.areas_of_elements if own else split.areas_of_particles
+    mass = float(areas.sum() * one.said.thickness * one.said.material.density)
+    return replace(
+        _body(one.said, mesh, scene), mass=mass, analytic_mass=None, note=f"{'elements' if own else 'particles'} of shell '{one.whole.name}'"
     )
 
 

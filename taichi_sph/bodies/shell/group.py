@@ -283,6 +283,8 @@ class ShellGroup(Rest):
             own = {name: values[body.cells.rows] for name, values in cells.items()}
             if (weights := body.weights) is not None:
                 own["weight"] = weights.reshape(body.cells.n, -1).mean(axis=1)
+            if body.split is not None and body.name == body.of:
+                own["hidden"] = (own["weight"] < 1.0).astype(np.uint8)
             if self.material.yields:
                 own["thickness"] = thicknesses(own["strain"], body.said.thickness)
             of_nodes = {"reference": body.mesh.points} | {name: values[body.nodes.rows] for name, values in nodes.items()}

@@ -212,10 +212,10 @@ def _split(shell: Shell, scene: Scene) -> Split:
     size = float(np.sqrt(mesh.areas[both].mean()))
     n = round(size / patch.spacing)
     if not FEWEST <= n <= MOST:
-        limit = f"at most {MOST} times" if n > MOST else f"at least {FEWEST} times"
+        limit = f"may be at most {MOST} times" if n > MOST else f"must be at least {FEWEST} times"
         change = "refine the mesh there, or raise the patch's spacing" if n > MOST else "lower the patch's spacing"
         raise SceneError(
-            f"{where}.spacing {show(patch.spacing, 'm')}: the elements there are {show(size, 'm')} wide, and may be {limit} as wide; {change}"
+            f"{where}.spacing {show(patch.spacing, 'm')}: the elements there are {show(size, 'm')} wide, and {limit} as wide; {change}"
         )
     lean = np.einsum("mi,mki->mk", mesh.frames[both, 2], mesh.node_normals[mesh.cells[both]])
     if np.abs(lean).min() < SHARPEST:
