@@ -1,8 +1,8 @@
 """A cantilever of finite elements and particles under a force at its end (T 4.5.3): translations and directors are tied, and nothing locks.
 
-100 x 50 mm, 1.25 N, 5 columns of 4 elements of 12.5 mm, particles on the held half with one column in common. nu = 0, so that Timoshenko's beam
-is the answer at any width (T: 0.3, and no thickness). The force rises within one period of the beam, which leaves it at rest: the mean over
-the next period is the static deflection.
+100 x 50 mm, 5 columns of 4 elements of 12.5 mm, particles on the held half with one column in common. nu = 0, so that Timoshenko's
+beam is the answer at any width (T: 0.3, 1.25 N, and no thickness). The force rises within one period of the beam, which leaves it at rest:
+the mean over the next period is the static deflection.
 
     python scenes/arlequin_bending.py --quality paper --out DIR
 """

@@ -1,7 +1,7 @@
-"""A pulse in a strip of finite elements whose last third is of particles (T 4.5.1): it crosses the overlap and comes back as if there were none.
+"""A pulse in a strip of finite elements whose last third is of particles (T 4.5.1): it crosses the overlap and comes back.
 
 The strip of scenes/wave.py: 33 columns of 4 elements of 1.25 mm, particles on 20 mm with one column in common, `particles` of them along
-the side of an element. Pure elements and pure particles stand beside, and the coupling as T has it (`multipliers = "volume"`, over `reach`).
+the side of an element. Pure elements and pure particles stand beside, and T's coupling (`multipliers = "volume"`, over `reach`).
 Elements take the step of the particles, for central differences hide the dispersion of a lattice only near its own step.
 Expected: returns within 0.4 % of L/c and 2 L/c, amplitude at least 0.998.
 
@@ -65,16 +65,13 @@ def one(quality: Quality, form: str, n: int, **patch: Any) -> Scene:
     quantities = []
     for number in (1, 2):
         time = number * period
-        around = {"start": time - period / 4, "end": time + period / 4}
+        said = f"d'Alembert, {number} L/c"
+        options = {**at_centre, "start": time - period / 4, "end": time + period / 4}
         quantities += [
-            Quantity(
-                name="history_peak", value=1.0, tolerance=0.002, source=f"d'Alembert, {number} L/c", options={**at_centre, **around}
-            ),
-            Quantity(
-                name="peak_time", unit="s", value=time + lag, tolerance=0.004 * time, source=f"d'Alembert, {number} L/c", options={**at_centre, **around}
-            ),
-        ]  # fmt: skip
-    said = Shell(
+            Quantity(name="history_peak", value=1.0, tolerance=0.002, source=said, options=options),
+            Quantity(name="peak_time", unit="s", value=time + lag, tolerance=0.004 * time, source=said, options=options),
+        ]
+    strip = Shell(
         name="strip",
         surface=Plate(length=LENGTH, width=WIDTH),
         thickness=THICKNESS,
@@ -90,7 +87,7 @@ def one(quality: Quality, form: str, n: int, **patch: Any) -> Scene:
         title=f"A wave from elements to particles, {told}",
         source="T 4.5.1",
         quality=quality,
-        shells=[said],
+        shells=[strip],
         initial=[InitialVelocity(body="strip", velocity=(1.0, 0, 0), pulse=Pulse(centre=LENGTH / 2, width=WIDTH_OF_PULSE))],
         duration=2.3 * period,
         numerics=Numerics(spacing=SIDE, time_step_safety=0.9 / n if form == "elements" else 0.9),

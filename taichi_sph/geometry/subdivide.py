@@ -30,40 +30,41 @@ class Subdivided:
 def subdivided(mesh: SurfaceMesh, cells: np.ndarray, n: int, straight: np.ndarray) -> Subdivided:
     """The quadrangles `cells` (K,) of a mesh, each as n x n; straight (K,) bool: those whose sides are straight."""
     quads = mesh.cells[cells]
-    k, edges = len(cells), mesh.edges.cell_edges[cells]
+    count, edges = len(cells), mesh.edges.cell_edges[cells]
     flat = np.zeros(len(mesh.edges.nodes), bool)
     flat[edges[straight]] = True
     bulge = np.where(flat[:, None], 0.0, bulges(mesh))
     u = np.arange(n + 1) / n
     X = mesh.points[quads]
     N = mesh.node_normals[quads]
-    at, normal, key = (np.zeros((k, n + 1, n + 1, c)) for c in (3, 3, 3))
+    at, normal, key = (np.zeros((count, n + 1, n + 1, c)) for c in (3, 3, 3))
     forward = mesh.edges.nodes[edges, 0] == quads  # side k of a cell runs as its edge does
     for i in range(n + 1):
         for j in range(n + 1):
             r, s = u[i], u[j]
             shape = np.array([(1 - r) * (1 - s), r * (1 - s), r * s, (1 - r) * s])
             at[:, i, j] = np.einsum("c,kci->ki", shape, X)
-            for side, (t, share) in enumerate(((r, 1 - s), (s, r), (1 - r, s), (1 - s, 1 - r))):
-                at[:, i, j] += share * t * (1 - t) * bulge[edges[:, side]]
+            for k, (t, share) in enumerate(((r, 1 - s), (s, r), (1 - r, s), (1 - s, 1 - r))):
+                at[:, i, j] += share * t * (1 - t) * bulge[edges[:, k]]
             normal[:, i, j] = np.einsum("c,kci->ki", shape, N)
             key[:, i, j] = _key(quads, edges, forward, i, j, n)
-    key[..., 2] += np.where(key[..., 0] == 2, (np.arange(k) * (n + 1) ** 2)[:, None, None], 0)
+    key[..., 2] += np.where(key[..., 0] == 2, (np.arange(count) * (n + 1) ** 2)[:, None, None], 0)
     _, first, number = np.unique(key.reshape(-1, 3), axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first, kind="stable")  # neighbours in space stay neighbours in memory
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order))
-    number = rank[number.ravel()].reshape(k, n + 1, n + 1)
+    number = rank[number.ravel()].reshape(count, n + 1, n + 1)
     points, normals = np.empty((len(order), 3)), np.empty((len(order), 3))
     points[number.ravel()], normals[number.ravel()] = at.reshape(-1, 3), normal.reshape(-1, 3)
     tied = np.zeros(len(order), bool)
     tied[number[straight].ravel()] = True
-    j, i = (a.ravel() for a in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
-    corner = np.stack([number[:, i, j], number[:, i + 1, j], number[:, i + 1, j + 1], number[:, i, j + 1]], axis=2)
+    row, column = (a.ravel() for a in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
+    around = ((column, row), (column + 1, row), (column + 1, row + 1), (column, row + 1))
+    corner = np.stack([number[:, c, r] for c, r in around], axis=2)
     length = np.linalg.norm(normals, axis=1)
     normals /= length[:, None]
     fine = SurfaceMesh(points, corner.reshape(-1, 4).astype(np.int32), mesh.spacing / n, normals)
-    return Subdivided(fine, np.repeat(cells, n * n), np.tile(np.column_stack([i, j]), (k, 1)), tied, np.where(tied, length, 1.0))
+    return Subdivided(fine, np.repeat(cells, n * n), np.tile(np.column_stack([column, row]), (count, 1)), tied, np.where(tied, length, 1.0))
 
 
 def bulges(mesh: SurfaceMesh) -> np.ndarray:

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from ..bodies.shell.said import PARTICLES
-from ..bodies.shell.said import PARTICLES
 from ..errors import SceneError, nearest
 from ..frame import Kind
 from ..scene import Scene, load_scene

@@ -260,7 +260,7 @@ def _draw_outlines(axes: Axes, bodies: Sequence[BodyFrame], look: Look, view: Vi
         if outlined(body):
             points = view.seen(displaced(body, look.magnification))[:, :2] * 1e3
             corner = np.where(body.cells < 0, body.cells[:, :1], body.cells)
-            axes.add_collection(PolyCollection(points[corner], facecolors="none", edgecolors=ELEMENT, linewidths=0.3, zorder=3))
+            axes.add_collection(PolyCollection(list(points[corner]), facecolors="none", edgecolors=ELEMENT, linewidths=0.3, zorder=3))
 
 
 def _draw_balls(axes: Axes, body: BodyFrame, view: View, wet: Look | None) -> None:

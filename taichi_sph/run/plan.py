@@ -181,9 +181,8 @@ def _part(one: Part, made: Made, scene: Scene) -> BodyPlan:
     own = one.said.name == one.whole.name
     areas = split.areas_of_elements if own else split.areas_of_particles
     mass = float(areas.sum() * one.said.thickness * one.said.material.density)
-    return replace(
-        _body(one.said, mesh, scene), mass=mass, analytic_mass=None, note=f"{'elements' if own else 'particles'} of shell '{one.whole.name}'"
-    )
+    note = f"{'elements' if own else 'particles'} of shell '{one.whole.name}'"
+    return replace(_body(one.said, mesh, scene), mass=mass, analytic_mass=None, note=note)
 
 
 def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:

@@ -289,6 +289,16 @@ class World:
         """How contact was solved, and its share of the steps of this session; None where there is none."""
         return None if self.contact is None else self.contact.report() | {"share": self.contact.seconds / max(self.stepping, 1e-300)}
 
+    def overlap_report(self) -> dict[str, float] | None:
+        """How elements and particles were tied, and its share of the steps of this session: the worst of all shells in parts; None where
+        there is none."""
+        ties = [coupling for coupling in self.couplings if hasattr(coupling, "tie")]
+        if not ties:
+            return None
+        found = [tie.report() for tie in ties]
+        worst = {key: max(one[key] for one in found) for key in found[0]}
+        return worst | {"share": sum(tie.seconds for tie in ties) / max(self.stepping, 1e-300)}
+
     def frame(self) -> Frame:
         """All bodies now."""
         bodies = [body for group in self.groups for body in group.frames()]

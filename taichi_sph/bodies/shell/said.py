@@ -199,7 +199,8 @@ class Shell(Body):
             )
         if form.shear_bound != patch.formulation.shear_bound:
             raise ValueError(
-                f"{where}.patch.formulation.shear_bound {patch.formulation.shear_bound:g} must be that of the elements, {form.shear_bound:g}"
+                f"{where}.patch.formulation.shear_bound is {patch.formulation.shear_bound:g} and must be that of the elements, "
+                f"{form.shear_bound:g}"
             )
         scene.in_time("particles and elements are tied", f"{where}.patch")
         if self.every not in (None, 1):

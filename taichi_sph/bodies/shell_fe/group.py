@@ -41,7 +41,11 @@ class ElementShells(ShellGroup):
     def pressed_by(self, pressed: Sequence[Pressed]) -> CornerPressures:
         """In an overlap an element bears the share of the pressure that it counts: one pressure for each weight."""
         weights = np.concatenate([np.ones(b.cells.n) if b.weights is None else b.weights.mean(axis=1) for b in self.shells])
-        each = [replace(one, cells=one.cells[weights[one.cells] == w], value=w * one.value) for one in pressed for w in np.unique(weights[one.cells])]
+        each = [
+            replace(one, cells=one.cells[weights[one.cells] == w], value=w * one.value)
+            for one in pressed
+            for w in np.unique(weights[one.cells])
+        ]
         return CornerPressures(each, self.internal, f"pressure{self.suffix}")
 
     def of_cells(self) -> dict[str, np.ndarray]:

@@ -82,8 +82,8 @@ class ParticleShells(ShellGroup):
         return SidePressures(pressed, self.internal, self.cells, f"pressure{self.suffix}")
 
     def areas_of_nodes(self) -> np.ndarray:
-        """Where the shell bends, what pressures come with. In its plane nothing pushes by cells, and in a patch nothing crosses the border as
-        over a rim: quarters do."""
+        """Where the shell bends, what pressures come with. In its plane nothing pushes by cells, and the border of a patch is no rim:
+        quarters do."""
         if not (isinstance(self.internal, Galerkin) and self.nodes.bends) or self.shells[0].split is not None:
             return super().areas_of_nodes()
         found = self.internal.areas(self.mesh)

@@ -29,7 +29,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ...bodies.shell.parts import GAUSS, Split, shapes, slopes
-from ...geometry.mesh import tangent_frames
+from ...geometry.mesh import SurfaceMesh, tangent_frames
 
 SMALLEST = 1e-4  # of the largest row: shorter ones tie nothing
 ROUNDING = 1e-13  # of C X over the size of its row
@@ -44,16 +44,16 @@ class Constraints:
     particles: sp.csr_array
     length: np.ndarray
 
-    def __call__(self, of_elements: np.ndarray, of_particles: np.ndarray, turning: bool = False) -> np.ndarray:
-        """(R, c) C v; turning: of rates of directors."""
-        own = of_particles * self.length[:, None] if turning else of_particles
-        return self.elements @ of_elements - self.particles @ own
+    def __call__(self, of_elements: np.ndarray, of_particles: np.ndarray) -> np.ndarray:
+        """(R, c) C v."""
+        return self.elements @ of_elements - self.particles @ of_particles
 
 
 def constraints(split: Split, edge_means: sp.csr_array, points: np.ndarray, normals: np.ndarray) -> Constraints:
     """edge_means (sides, particles): Phi; points, normals (particles, 3)."""
     if split.patch.multipliers == "volume":
-        return Constraints(*_on_volume(split, points), split.fine.length)
+        elements, particles = _on_volume(split, points)
+        return Constraints(elements, particles, split.fine.length)
     at = Sides.of(split)
     weight = _rows(split, at)
     elements = weight @ _of_elements(split, at.cell, at.r, at.s)
@@ -98,7 +98,7 @@ class Sides:
         return Sides(edge, jump[edge][:, None] * out, fine.parent[side // 4], r, s)
 
 
-def _outward(mesh, side: np.ndarray) -> np.ndarray:
+def _outward(mesh: SurfaceMesh, side: np.ndarray) -> np.ndarray:
     """(K, 3) normal out of the cell, in its plane, times the length of the side [m]."""
     cell, k = side // 4, side % 4
     first, second = mesh.points[mesh.cells[cell, k]], mesh.points[mesh.cells[cell, (k + 1) % 4]]
@@ -134,12 +134,13 @@ def _bend(found: Constraints, split: Split, points: np.ndarray, normals: np.ndar
     theirs = np.column_stack([points, normals * found.length[:, None]])
     mine = np.column_stack([split.elements.points, split.elements.node_normals])
     lack = found.elements @ mine - found.particles @ theirs
-    rows = found.particles
+    rows, extent = found.particles, np.ptp(points, axis=0).max()
     for row in range(rows.shape[0]):
         span = slice(rows.indptr[row], rows.indptr[row + 1])
         near = rows.indices[span]
         size = np.abs(rows.data[span]).sum()
-        if not size or np.abs(lack[row, :3]).max() + split.spacing * np.abs(lack[row, 3:]).max() < ROUNDING * size * np.ptp(points, axis=0).max():
+        missed = np.abs(lack[row, :3]).max() + split.spacing * np.abs(lack[row, 3:]).max()
+        if missed <= ROUNDING * size * extent:
             continue
         fields = theirs[near] - theirs[near].mean(axis=0)
         fields[:, :3] /= split.spacing

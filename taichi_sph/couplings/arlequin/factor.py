@@ -51,7 +51,8 @@ def factorised(found: Constraints, mass_of_elements: np.ndarray, mass_of_particl
     scale = 1.0 / np.sqrt(H.diagonal())
     pattern = sp.csr_array((np.ones(len(H.indices)), H.indices, H.indptr), shape=H.shape)
     order = reverse_cuthill_mckee(sp.csr_matrix(pattern), symmetric_mode=True)
-    rows = Constraints(*(sp.csr_array(sp.diags_array(scale) @ C)[order] for C in (found.elements, found.particles)), found.length)
+    elements, particles = (sp.csr_array(sp.diags_array(scale) @ C)[order] for C in (found.elements, found.particles))
+    rows = Constraints(elements, particles, found.length)
     H = sp.coo_array((sp.diags_array(scale) @ H @ sp.diags_array(scale)).tocsr()[order][:, order])
     n = H.shape[0]
     i, j = H.coords
