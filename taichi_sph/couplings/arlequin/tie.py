@@ -15,12 +15,14 @@ import numpy as np
 import scipy.sparse as sp
 
 from ... import runtime
+from ...errors import RunStopped
 from ...pool import Pool
 from ...runtime import ti
 from .constraints import Constraints
 from .factor import Factor
 
 SWEEPS = 3
+ROOM = 2  # widths of the band of L: a crack may change the order of the rows
 
 
 class Tie(Pool):
@@ -29,7 +31,7 @@ class Tie(Pool):
     def __init__(self, factor: Factor, mass: tuple[np.ndarray, np.ndarray], bends: bool, turns: bool, name: str):
         """mass: of the nodes of the elements and of the particles [kg]; bends: whether there are directors; turns: they are tied too."""
         super().__init__(name)
-        self.bends, self.turns, self.band = bends, bends and turns, factor.band
+        self.turns = bends and turns
         parts = factor.rows.elements, factor.rows.particles
         self.used = [np.unique(part.indices) for part in parts]
         self.middle = len(self.used[0])
@@ -47,7 +49,8 @@ class Tie(Pool):
         self.t_start = field("t_start", n + 1, dtype="i32", doc="where the pairs of a node begin")
         self.t_row = field("t_row", pairs, dtype="i32", doc="row of a pair")
         self.t_coef = field("t_coef", pairs, dtype="f64", doc="of C")
-        self.lower = field("lower", rows * (self.band + 1), dtype="f64", doc="L, row by row, its diagonal last")
+        self.room = rows * (ROOM * factor.band + 1)
+        self.lower = field("lower", self.room, dtype="f64", doc="L, row by row, its diagonal last")
         self.first = field("first", rows, dtype="i32", doc="first number of a row of L that is not 0")
         self.y = field("y", rows, 3, "f64", doc="C v*, then l")
         if self.turns:
@@ -62,8 +65,14 @@ class Tie(Pool):
         self.put(factor)
 
     def put(self, factor: Factor) -> None:
-        """Other numbers in the same places."""
+        """Of the same constraints, whose coefficients may have changed."""
         rows: Constraints = factor.rows
+        self.band = factor.band
+        if factor.lower.size > self.room:
+            raise RunStopped(
+                f"the band of an overlap's constraints is {factor.band} wide now, with room for {self.room // self.n_rows - 1}: a crack runs "
+                "along the overlap; widen the patch"
+            )
         C = sp.csr_array(sp.hstack([rows.elements[:, self.used[0]], -1.0 * rows.particles[:, self.used[1]]], format="csr"))
         T = sp.csr_array(C.T)
         runtime.put(self.start, C.indptr.astype(np.int32))
@@ -80,7 +89,7 @@ class Tie(Pool):
         ends = (0, self.middle), (self.middle, self.n)
         for group, (first, last) in zip(groups, ends):
             _foresee(self, group.nodes, group.loads, first, last, kick)
-        _solve(self, self.n_rows, self.n)
+        _solve(self, self.n_rows, self.n, self.band)
         for group, (first, last) in zip(groups, ends):
             _push(self, group.nodes, first, last, 1.0 / kick)
 
@@ -107,7 +116,7 @@ def _foresee(tie: ti.template(), nodes: ti.template(), loads: ti.template(), fir
 
 
 @ti.kernel
-def _solve(tie: ti.template(), rows: ti.i32, n: ti.i32):
+def _solve(tie: ti.template(), rows: ti.i32, n: ti.i32, band: ti.i32):
     for r in range(rows):
         y = ti.Vector([0.0, 0.0, 0.0], ti.f64)
         z = y
@@ -121,7 +130,7 @@ def _solve(tie: ti.template(), rows: ti.i32, n: ti.i32):
             tie.z[r] = z
     ti.loop_config(serialize=True)
     for _ in range(1):
-        _forward_back(tie, rows, ti.static(True), ti.static(tie.turns))
+        _forward_back(tie, rows, band, ti.static(True), ti.static(tie.turns))
     for m in range(n):
         push = ti.Vector([0.0, 0.0, 0.0], ti.f64)
         turn = push
@@ -142,7 +151,7 @@ def _solve(tie: ti.template(), rows: ti.i32, n: ti.i32):
                 tie.z[r] = z
             ti.loop_config(serialize=True)
             for _ in range(1):
-                _forward_back(tie, rows, ti.static(False), ti.static(True))
+                _forward_back(tie, rows, band, ti.static(False), ti.static(True))
             for m in range(n):
                 turn = ti.Vector([0.0, 0.0, 0.0], ti.f64)
                 for k in range(tie.t_start[m], tie.t_start[m + 1]):
@@ -160,9 +169,9 @@ def _turned(tie: ti.template(), m, turn):
 
 
 @ti.func
-def _forward_back(tie: ti.template(), rows, moved: ti.template(), turned: ti.template()):
+def _forward_back(tie: ti.template(), rows, band, moved: ti.template(), turned: ti.template()):
     """H^-1 of y, and of z."""
-    width = tie.band + 1
+    width = band + 1
     for r in range(rows):
         y = ti.Vector([0.0, 0.0, 0.0], ti.f64)
         z = y
@@ -170,7 +179,7 @@ def _forward_back(tie: ti.template(), rows, moved: ti.template(), turned: ti.tem
             y = tie.y[r]
         if ti.static(turned):
             z = tie.z[r]
-        row = r * width + tie.band - r
+        row = r * width + band - r
         for k in range(tie.first[r], r):
             c = tie.lower[row + k]
             if ti.static(moved):
@@ -184,7 +193,7 @@ def _forward_back(tie: ti.template(), rows, moved: ti.template(), turned: ti.tem
             tie.z[r] = scale * z
     for q in range(rows):
         r = rows - 1 - q
-        row = r * width + tie.band - r
+        row = r * width + band - r
         scale = 1.0 / tie.lower[row + r]
         if ti.static(moved):
             tie.y[r] *= scale
