@@ -1,6 +1,5 @@
 """Rupture inside of a patch and outside of it."""
 
-import numpy as np
 import pytest
 
 from taichi_sph import runtime
