@@ -77,6 +77,7 @@ def flown(scene, turns: float, bend: float) -> tuple[float, float, float, float]
     )
 
 
+@pytest.mark.long
 def test_a_curved_shell_turns():
     """A quarter of a turn of a cylinder whose patch has corners: the folds of its elements do not hold the turn back."""
     energy, momentum, turning, left = flown(patched(ARC, INSIDE), 0.1, 0.0)
@@ -128,8 +129,8 @@ PULL = {"forces": [NodalForce(body="shell", where=Box(lo=(0.99, None, None)), to
 
 
 def test_restart_and_threads_in_the_plane():
-    restarts_exactly(lambda: start(patched(motion="in_plane", **PULL)), 20, 20)
-    threads_change_nothing(lambda threads: start(patched(motion="in_plane", **PULL), threads=threads), 20)
+    restarts_exactly(lambda: start(patched(motion="in_plane", **PULL)), 12, 12)
+    threads_change_nothing(lambda threads: start(patched(motion="in_plane", **PULL), threads=threads), 12)
 
 
 @pytest.mark.long

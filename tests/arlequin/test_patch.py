@@ -10,9 +10,9 @@ from taichi_sph.scene import Ball, Box, Disc, Plate
 from .scenes import patched, start, tied
 from .static import answer, halves
 
-STRIP = Plate(length=12.0, width=4.0), (Box(lo=(7.0, None, None)),)
-SQUARE = Plate(length=11.0, width=11.0), (Box(lo=(4, 4, None), hi=(7, 7, None)),)
-ROUND = Disc(radius=7.0), (Ball(centre=(0, 0, 0), radius=3.0),)
+STRIP = Plate(length=10.0, width=3.0), (Box(lo=(6.0, None, None)),)
+SQUARE = Plate(length=8.0, width=8.0), (Box(lo=(3, 3, None), hi=(5, 5, None)),)
+ROUND = Disc(radius=5.0), (Ball(centre=(0, 0, 0), radius=2.0),)
 FLAT = {"strip": STRIP, "ring with corners": SQUARE, "curved ring": ROUND}
 MEMBRANE, BENDING, TWIST = (0, 1, 2), (3, 4), 5
 

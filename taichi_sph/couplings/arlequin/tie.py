@@ -71,8 +71,8 @@ class Tie(Pool):
         if factor.lower.size > self.room:
             room = self.room // self.n_rows - 1
             raise RunStopped(
-                f"the band of an overlap's constraints has become {factor.band} wide, with room for {room}: a crack runs along the overlap; "
-                "widen the patch"
+                f"the band of an overlap's constraints has become {factor.band} wide, with room for {room}: a crack runs along the "
+                "overlap; widen the patch"
             )
         C = sp.csr_array(sp.hstack([rows.elements[:, self.used[0]], -1.0 * rows.particles[:, self.used[1]]], format="csr"))
         T = sp.csr_array(C.T)
