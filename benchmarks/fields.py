@@ -24,6 +24,7 @@ SCENES = (
     ("crack_branching", {"formulation": "collocation"}),
     ("plate_burst", {}),
     ("clamped_plate", {"slenderness": 0.1, "nodes": "regular", "cells": "quad"}),
+    ("arlequin_bending", {"form": "coupled"}),
     ("plate_modes", {"edges": "free", "nodes": "regular"}),
     ("clamped_plate", {"slenderness": 0.1, "nodes": "regular", "cells": "quad", "formulation": "elements"}),
     ("plate_perforation", METAL | {"numerics.formulation": {"kind": "elements", "points": 1}, "shells.0.material.critical_damage": None}),

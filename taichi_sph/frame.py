@@ -25,7 +25,8 @@ class BodyFrame:
     cell_data: name -> (M,) or (M, k).
 
     kind "shell": cell_data holds "damage" [-], "broken" (uint8) and "rupture_time" [s, nan while sound]; a metal's
-    also "plastic", its cumulated plastic strain p [-], and "thickness" [m].
+    also "plastic", its cumulated plastic strain p [-], and "thickness" [m]. Of a shell in parts, elements and particles,
+    "weight" [-] is what a cell counts, and "hidden" (uint8) is 1 for elements in whose place there are particles.
     kind "rigid": the points are the centres of its pinballs; point_data holds "radius" (N,) [m].
     kind "fluid": point_data holds "pressure" [Pa], "density" [kg/m3], "diameter" (N,) [m] and "outside" (uint8, 1
     once a particle has left its tank).

@@ -146,7 +146,7 @@ def _small_hole(body: BodyFrame) -> str:
 
 
 def _body(run: RunFolder, shell: Shell, named: bool) -> str:
-    body = run.frames(shell.name).body(-1)
+    body = run.the("shell", shell.name).body(-1)
     head = f"{shell.name} cracked" if named else "Cracked"
     damage = float(np.max(body.cell_data["damage"], initial=0.0))
     broken = int(np.count_nonzero((body.cell_data["broken"] != 0) & (body.cell_data["rupture_time"] > 0)))
@@ -172,7 +172,7 @@ def _body(run: RunFolder, shell: Shell, named: bool) -> str:
 
 def _rupture(run: RunFolder, shell: Shell) -> tuple[str, bool]:
     """What a struck or pressed shell came to: hole, petals, plug; or the crack. And whether it ruptured."""
-    body = run.frames(shell.name).body(-1)
+    body = run.the("shell", shell.name).body(-1)
     the = f"The {shell.name.replace('_', ' ')}"
     when = perforation.first_rupture(run, shell.name)
     if when is None:

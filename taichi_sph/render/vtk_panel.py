@@ -14,7 +14,7 @@ import pyvista
 from ..frame import BodyFrame
 from ..output.measures.fragments import border
 from ..output.measures.pattern import node_spacing
-from .panel import CORE, DOT, LOOSE, METAL, Look, View, cell_values, displaced, kept, point_values, scattered
+from .panel import CORE, DOT, ELEMENT, LOOSE, METAL, Look, View, cell_values, displaced, kept, outlined, point_values, scattered
 
 SHARPER = 2  # pixels drawn per pixel shown, each way
 LIT = {"ambient": 0.4, "diffuse": 0.65, "specular": 0.08, "specular_power": 15}
@@ -129,6 +129,9 @@ def image(
                 colours["culling"] = outer
             light = {} if view.turn is None else LIT if look.loose else {"ambient": 0.5, "diffuse": 0.6}
             plotter.add_mesh(surface, **colours, **light, lighting=view.turn is not None, render=False)
+            if outlined(body) and view.turn is not None:
+                lines = surface.extract_all_edges()
+                plotter.add_mesh(lines, color=ELEMENT, line_width=0.6 * SHARPER, lighting=False, show_scalar_bar=False, render=False)
         if look.loose and body.form == "surface" and (loose := scattered(body)).any():
             _balls(plotter, points[loose], 0.6 * node_spacing(body.reference, body.cells) * scale, color=LOOSE)
     x, y = (view.x0 + view.x1) / 2, (view.y0 + view.y1) / 2

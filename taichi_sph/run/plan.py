@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from ..bodies.fluid.fill import Filling, fill_fluid
 from ..bodies.fluid.said import Fluid
 from ..bodies.rigid.said import Rigid
+from ..bodies.shell.parts import Part, Split, meshed, parts, split_of
 from ..errors import SceneError
 from ..geometry.cuts import cells_cut
 from ..geometry.mesh import SurfaceMesh
@@ -88,6 +89,7 @@ class Made:
 
     meshes: dict[str, SurfaceMesh]
     fillings: dict[str, Filling]
+    splits: dict[str, Split] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -113,7 +115,8 @@ def make(scene: Scene, memory_there: int | None = None) -> Made:
     """The meshes of the shells and the fillings of the fluids; SceneError where those would not fit into `memory_there` bytes."""
     meshes = {shell.name: mesh_of(shell, scene) for shell in scene.shells}
     check_counts(scene, memory_there, meshes)
-    return Made(meshes, {f.name: fill_fluid(f, scene, meshes) for f in scene.fluids})
+    splits = {shell.name: split_of(shell, scene) for shell in scene.shells if shell.patch is not None}
+    return Made(meshes, {f.name: fill_fluid(f, scene, meshes) for f in scene.fluids}, splits)
 
 
 def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.inf) -> Plan:
@@ -121,7 +124,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     judges by their counts alone; a hole counts as some of them."""
     memory_there = files.memory()
     counts = check_counts(scene, memory_there)  # before anything is made
-    generated = [shell.surface for shell in scene.shells if not isinstance(shell.surface, Given)]
+    generated = [shell.surface for shell in scene.shells if not isinstance(shell.surface, Given) and shell.patch is None]
     work = sum(counts.values()) + HOLE * sum(len(surface.holes) for surface in generated)
     if work > large and len(generated) == len(scene.shells):
         bodies = tuple(_counted_shell(shell, counts[shell.name], scene) for shell in scene.shells)
@@ -134,7 +137,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     _check_modes(scene, made.meshes)
     _check_springs(scene, made.meshes)
     check_overlaps(scene, made.meshes, made.fillings)
-    bodies = tuple(_body(shell, made.meshes[shell.name], scene) for shell in scene.shells)
+    bodies = tuple(_part(one, made, scene) for one in parts(scene))
     bodies += tuple(_rigid(body) for body in scene.rigids)
     bodies += tuple(_fluid(fluid, made.fillings[fluid.name], scene, made.meshes) for fluid in scene.fluids)
     return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second, made)
@@ -171,6 +174,19 @@ def _estimated(scene: Scene, bodies: tuple[BodyPlan, ...], node_steps_per_second
         made=made or Made({}, {}),
         counted=made is None,
     )
+
+
+def _part(one: Part, made: Made, scene: Scene) -> BodyPlan:
+    """A shell, or its elements, or its particles."""
+    if one.whole.patch is None:
+        return _body(one.said, made.meshes[one.whole.name], scene)
+    split, mesh = meshed(one, scene)
+    assert split is not None
+    own = one.said.name == one.whole.name
+    areas = split.areas_of_elements if own else split.areas_of_particles
+    mass = float(areas.sum() * one.said.thickness * one.said.material.density)
+    note = f"{'elements' if own else 'particles'} of shell '{one.whole.name}'"
+    return replace(_body(one.said, mesh, scene), mass=mass, analytic_mass=None, note=note)
 
 
 def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:

@@ -21,7 +21,7 @@ from .. import bodies as body_folder
 from .. import couplings as coupling_folder
 from ..bodies.fluid.said import Fluid, Wall
 from ..bodies.rigid.said import Rigid
-from ..bodies.shell.said import Shell
+from ..bodies.shell.said import PARTICLES, Shell
 from ..couplings.contact.said import Meeting, Met, meeting, met
 from ..couplings.springs.said import Spring
 from ..errors import nearest
@@ -136,8 +136,9 @@ class Scene(Frozen):
         return (*self.meetings, *self.springs, *self.interactions)
 
     def body(self, name: str) -> Any:
-        """The body of that name."""
-        return next(body for body in self.bodies if body.name == name)
+        """The body of that name, or the one whose part has it."""
+        found = next((body for body in self.bodies if body.name == name), None)
+        return found or next(body for body in self.bodies if body.name == name.removesuffix(PARTICLES))
 
     def key_of(self, said: Any) -> str:
         """Where something stands: "fluids[1]"."""

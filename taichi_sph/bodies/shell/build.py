@@ -10,20 +10,22 @@ import numpy as np
 
 from ...geometry.mesh import SurfaceMesh, joined
 from ...geometry.regions import inside
-from ...geometry.surfaces import mesh_of
 from ...scene import Ramp, Scene, Step
 from ...scene.histories import Points
 from ...scene.numerics import Numerics
 from ...scene.regions import Region
 from ..body import Span
 from ..nodal.nodes import Nodes
+from .parts import Part, Split, meshed, parts
 from .pool import Cells, MaterialPool, Section, StressPoints, Topology
 from .said import Shell
 
 
 @dataclass(frozen=True)
 class ShellBody:
-    """One shell of a group: what was said of it, how it is computed, its mesh, and its share of the pools. points: its stress points."""
+    """One shell of a group: what was said of it, how it is computed, its mesh, and its share of the pools. points: its stress points.
+
+    of: the name of the shell that it is, or is a part of; split: the parts of that shell, None where it is whole."""
 
     said: Shell
     numerics: Numerics
@@ -31,10 +33,37 @@ class ShellBody:
     nodes: Span
     cells: Span
     points: Span
+    of: str
+    split: Split | None = None
 
     @property
     def name(self) -> str:
         return self.said.name
+
+    @property
+    def width(self) -> float:
+        """Of its cells [m], which a neck is spread over; both parts of a shell take that of the particles."""
+        return self.mesh.spacing if self.split is None else self.split.spacing
+
+    @property
+    def node_areas(self) -> np.ndarray:
+        """(N,) area that each node owns by its cells alone, weighed where there are two parts [m2]."""
+        if self.split is None:
+            return self.mesh.node_areas
+        return self.split.areas_of_elements if self.name == self.of else self.split.areas_of_particles
+
+    @property
+    def weights(self) -> np.ndarray | None:
+        """(M,) or (M, points) what each stress point counts; None: 1."""
+        if self.split is None:
+            return None
+        if self.name == self.of:
+            return self.split.of_elements(self.points.n // self.cells.n)
+        return self.split.of_particles
+
+    def share(self, where: Region | None, own: float) -> float:
+        """Area of the nodes of the whole shell in a region [m2]; own: of those of this part."""
+        return own if self.split is None else self.split.area_in(where)
 
 
 @dataclass
@@ -68,34 +97,37 @@ def laws(scene: Scene, shell: Shell) -> tuple:
     return (shell.motion, history, form.kind, terms, every)
 
 
-def alike(scene: Scene, kind: str) -> Iterator[tuple[str, list[Shell]]]:
-    """The shells of the scene whose form belongs to that kind of body, those of the same laws together, in the order of the first of them;
-    before each set the end of the names of its pools: "", "_2" and so on."""
-    found: dict[tuple, list[Shell]] = {}
-    for shell in scene.shells:
-        found.setdefault(laws(scene, shell), []).append(shell)
-    for k, shells in enumerate(found.values(), start=1):
-        if scene.numerics_of(shells[0]).formulation.body == kind:
-            yield f"_{k}" if k > 1 else "", shells
+def alike(scene: Scene, kind: str) -> Iterator[tuple[str, list[Part]]]:
+    """The shells of the scene, or parts of them, whose form belongs to that kind of body, those of the same laws together, in the order of
+    the first of them; before each set the end of the names of its pools: "", "_2" and so on. A part stands alone."""
+    found: dict[tuple, list[Part]] = {}
+    for one in parts(scene):
+        alone = () if one.whole.patch is None else (one.said.name,)
+        found.setdefault((laws(scene, one.said), *alone), []).append(one)
+    for k, some in enumerate(found.values(), start=1):
+        if scene.numerics_of(some[0].said).formulation.body == kind:
+            yield f"_{k}" if k > 1 else "", some
 
 
-def build(scene: Scene, shells: Sequence[Shell], suffix: str = "", per_cell: int = 1) -> Model:
+def build(scene: Scene, some: Sequence[Part], suffix: str = "", per_cell: int = 1) -> Model:
     """Allocate and fill the pools of shells of the same laws; suffix: of the names of the pools; per_cell: stress points of a cell, those
     of cell c from per_cell * c on."""
     bodies: list[ShellBody] = []
     node, cell = 0, 0
-    for shell in shells:
-        mesh = mesh_of(shell, scene)
+    shells = [one.said for one in some]
+    for one, shell in zip(some, shells):
+        split, mesh = meshed(one, scene)
         n, m = len(mesh.points), len(mesh.cells)
         stress = Span(shell.name, per_cell * cell, per_cell * m)
-        bodies.append(ShellBody(shell, scene.numerics_of(shell), mesh, Span(shell.name, node, n), Span(shell.name, cell, m), stress))
+        spans = Span(shell.name, node, n), Span(shell.name, cell, m), stress
+        bodies.append(ShellBody(shell, scene.numerics_of(shell), mesh, *spans, one.whole.name, split))
         node, cell = node + n, cell + m
     mesh = joined([body.mesh for body in bodies])
     bends = shells[0].motion == "free"
     mass, inertia = masses(bodies, quarters(bodies))
     numbers = np.arange(len(bodies))
     nodes = Nodes(mesh, mass, inertia, by_node(bodies, numbers), f"nodes{suffix}")
-    sections = [Section(body.said.material, body.said.thickness, body.mesh.spacing) for body in bodies]
+    sections = [Section(body.said.material, body.said.thickness, body.width) for body in bodies]
     material = MaterialPool(sections, bends, f"material{suffix}")
     spared = None
     if shells[0].sound:
@@ -112,7 +144,7 @@ def build(scene: Scene, shells: Sequence[Shell], suffix: str = "", per_cell: int
 
 def quarters(bodies: Sequence[ShellBody]) -> np.ndarray:
     """(N,) area that each node owns by its cells alone: a quarter of a quadrangle [m2]."""
-    return np.concatenate([body.mesh.node_areas for body in bodies])
+    return np.concatenate([body.node_areas for body in bodies])
 
 
 def masses(bodies: Sequence[ShellBody], areas: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
@@ -121,7 +153,7 @@ def masses(bodies: Sequence[ShellBody], areas: np.ndarray) -> tuple[np.ndarray, 
     mass = mass * by_node(bodies, [body.said.material.density for body in bodies])
     if bodies[0].said.motion != "free":
         return mass, None
-    return mass, mass * np.concatenate([rotary(body.mesh.node_spacing, body.said.thickness, body.numerics) for body in bodies])
+    return mass, mass * np.concatenate([rotary(node_widths(body), body.said.thickness, body.numerics) for body in bodies])
 
 
 def by_node(bodies: Sequence[ShellBody], values: Any) -> np.ndarray:
@@ -149,6 +181,29 @@ def cell_spacing(mesh: SurfaceMesh) -> np.ndarray:
     """(M,) mean of the local spacing at the corners [m]; a triangle's first corner counts twice."""
     corner = np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)
     return mesh.node_spacing[corner].mean(axis=1)
+
+
+def node_widths(body: ShellBody) -> np.ndarray:
+    """(N,) local spacing [m] that the rotary inertia goes by: of a shell in parts that of its particles, everywhere."""
+    return body.mesh.node_spacing if body.split is None else np.full(len(body.mesh.points), body.split.spacing)
+
+
+def cell_widths(bodies: Sequence[ShellBody], mesh: SurfaceMesh) -> np.ndarray:
+    """(M,) spacing [m] that the bounded shear of the cells goes by, in the same way."""
+    found = cell_spacing(mesh)
+    for body in bodies:
+        if body.split is not None:
+            found[body.cells.rows] = body.split.spacing
+    return found
+
+
+def weighed(bodies: Sequence[ShellBody], areas: np.ndarray) -> np.ndarray:
+    """Areas of all stress points times what each counts."""
+    found = areas.copy()
+    for body in bodies:
+        if (weights := body.weights) is not None:
+            found[body.points.rows] *= weights.ravel()
+    return found
 
 
 def bounded_shear(
@@ -185,7 +240,7 @@ def rotary(spacing: np.ndarray, thickness: float, numerics: Numerics) -> np.ndar
 def _loaded(scene: Scene, bodies: Sequence[ShellBody], key: str) -> Iterator[tuple[ShellBody, Any, np.ndarray]]:
     """Each load under that key with its body and its nodes, by their numbers in the body."""
     for body in bodies:
-        for load in scene.loads_of(key, body.name):
+        for load in scene.loads_of(key, body.of):
             yield body, load, np.flatnonzero(inside(load.where, body.mesh.points))
 
 
@@ -194,7 +249,7 @@ def node_forces(scene: Scene, bodies: Sequence[ShellBody], areas: np.ndarray, di
     gravity."""
     for body, load, i in _loaded(scene, bodies, "forces"):
         own = areas[body.nodes.rows][i]
-        share = own / own.sum()
+        share = own / body.share(load.where, own.sum())
         yield body.nodes.first + i, share[:, None] * np.asarray(load.total)[None, :dim], curve(scene, load.history)
     if scene.gravity is not None:
         for body in bodies:
@@ -207,13 +262,15 @@ def node_moments(scene: Scene, bodies: Sequence[ShellBody], areas: np.ndarray) -
     """For bodies.nodal.loads: (node numbers, (n, 3) moments, history) of every NodalMoment, shared by the areas (N,) of the nodes."""
     for body, load, i in _loaded(scene, bodies, "moments"):
         own = areas[body.nodes.rows][i]
-        share = own / own.sum()
+        share = own / body.share(load.where, own.sum())
         yield body.nodes.first + i, share[:, None] * np.asarray(load.total)[None, :], curve(scene, load.history)
 
 
 def node_motions(scene: Scene, bodies: Sequence[ShellBody], dim: int) -> Iterator[tuple]:
     """For bodies.nodal.loads: (node numbers, mask, velocity, mask, spin, history) of every PrescribedVelocity."""
     for body, motion, i in _loaded(scene, bodies, "motions"):
+        if body.split is not None and not len(i):
+            continue  # it holds the other part
         given, spin = motion.velocity[:dim], motion.spin
         yield (
             body.nodes.first + i,

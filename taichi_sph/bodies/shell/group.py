@@ -38,6 +38,7 @@ from .build import (
     quarters,
 )
 from .metal import thicknesses
+from .parts import Part
 from .port import ShellSurface
 from .pressure import BOOK, Pressed, SurfacePressures
 from .said import Shell
@@ -59,14 +60,14 @@ class ShellGroup(Rest):
 
     kind = "shell"
 
-    def __init__(self, scene: Scene, shells: list[Shell], suffix: str = ""):
+    def __init__(self, scene: Scene, some: list[Part], suffix: str = ""):
         self.scene, self.suffix = scene, suffix
         self.now = Now()
-        model = self.model = build(scene, shells, suffix, self.per_cell(scene.numerics_of(shells[0]).formulation))
+        model = self.model = build(scene, some, suffix, self.per_cell(scene.numerics_of(some[0].said).formulation))
         self.shells, self.mesh = model.bodies, model.mesh
         self.nodes, self.cells, self.points, self.material = model.nodes, model.cells, model.points, model.material
         self.bodies: tuple[Span, ...] = tuple(body.nodes for body in self.shells)
-        self.every = laws(scene, shells[0])[-1]
+        self.every = laws(scene, some[0].said)[-1]
         self.reducer = Reducer(max(self.nodes.n, self.points.n), f"reduce{suffix}")
         self.internal = self.form(model)
         areas = self.areas_of_nodes()
@@ -161,8 +162,9 @@ class ShellGroup(Rest):
         pressed = [
             Pressed(pressed_cells(body, p.where), p.value, curve(self.scene, p.history), p.kind == "follower")
             for body in self.shells
-            for p in self.scene.loads_of("pressures", body.name)
+            for p in self.scene.loads_of("pressures", body.of)
         ]
+        pressed = [one for one in pressed if len(one.cells)]  # a part of a shell may have none of them
         return self.pressed_by(pressed) if pressed else None
 
     def strain(self, now: Now) -> None:
@@ -279,6 +281,10 @@ class ShellGroup(Rest):
         found = []
         for body in self.shells:
             own = {name: values[body.cells.rows] for name, values in cells.items()}
+            if (weights := body.weights) is not None:
+                own["weight"] = weights.reshape(body.cells.n, -1).mean(axis=1)
+            if body.split is not None and body.name == body.of:
+                own["hidden"] = (own["weight"] < 1.0).astype(np.uint8)
             if self.material.yields:
                 own["thickness"] = thicknesses(own["strain"], body.said.thickness)
             of_nodes = {"reference": body.mesh.points} | {name: values[body.nodes.rows] for name, values in nodes.items()}
@@ -313,7 +319,7 @@ class ShellGroup(Rest):
         "support_1" is the first motion of the scene."""
         if not self.loads.moves or self.scene.modes is not None or self.scene.limit is not None:
             return {}
-        numbers = [k for body in self.shells for k, motion in enumerate(self.scene.motions, start=1) if motion.body == body.name]
+        numbers = [k for body in self.shells for k, motion in enumerate(self.scene.motions, start=1) if motion.body == body.of]
         return dict(zip((f"support_{k}" for k in numbers), self.loads.supports.rows(1.0 / self.every)))
 
     def surface(self) -> ShellSurface | None:

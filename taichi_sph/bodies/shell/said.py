@@ -81,6 +81,28 @@ class FiniteElements(Frozen):
 
 Formulation = Annotated[Galerkin | Collocation | FiniteElements, *Choice]
 
+PARTICLES = ".particles"  # end of the name of the particles of a shell of elements
+
+
+class Patch(Frozen):
+    """Particles in a shell of finite elements, where rupture is expected (T chapter 4, docs/method.md).
+
+    `where`: regions; elements whose middle is in one of them become particles, `spacing` apart. The elements around them, one wide, are
+    both: there the energies of both are weighed and their velocities tied (Arlequin).
+    `weight` of the particles there: "half", or growing from 0 to 1 as "linear" or "cubic". `multipliers`: on the gradient of the weight, or
+    as T has them on the "volume", from the Gauss points of the elements with moving least squares over `reach` times the distance of those
+    from the middle. `directors`: they are tied too. `irregularity`: particles inside are moved at random by up to so many spacings.
+    """
+
+    where: Annotated[tuple[Region, ...], Field(min_length=1, max_length=200)]
+    spacing: Annotated[Length, Field(gt=0)]
+    weight: Literal["half", "linear", "cubic"] = "half"
+    multipliers: Literal["gradient", "volume"] = "gradient"
+    reach: Annotated[Dimensionless, Field(ge=0.5, le=3)] = 2.0
+    directors: StrictBool = True
+    irregularity: Annotated[Dimensionless, Field(ge=0, le=0.4)] = 0.0
+    formulation: Galerkin = Galerkin()
+
 
 class Shell(Body):
     """A thin body: mid-surface, thickness, material, cuts present at t = 0.
@@ -109,6 +131,7 @@ class Shell(Body):
     formulation: Formulation | None = None
     raised_inertia: StrictBool | None = None
     every: Annotated[StrictInt, Field(ge=1, le=20)] | None = None
+    patch: Patch | None = None  # particles in a shell of elements
 
     @model_validator(mode="after")
     def _believable(self) -> Shell:
@@ -146,6 +169,8 @@ class Shell(Body):
         form, own = numerics.formulation, f"{where}." if self.formulation is not None else "numerics."
         if form.kind == "elements":
             self._of_elements(f"{own}formulation", where)
+        if self.patch is not None:
+            self._patched(scene, where, form)
         if form.kind == "collocation" and any(pressure.body == self.name for pressure in scene.pressures):
             raise ValueError(f"pressures: {own}formulation '{form.kind}' has no surface pressure; use 'galerkin', or forces")
         if getattr(form, "selective_shear", False) and (self.material.damage or self.material.strength):
@@ -162,10 +187,42 @@ class Shell(Body):
             why = f"is {show(surface.smallest, 'm')} wide" if surface.kind == "plate" else f"takes at most {show(surface.smallest, 'm')}"
             raise ValueError(f"{key} {show(spacing, 'm')} is larger than the body: {surface.kind} '{self.name}' {why}")
 
+    def _patched(self, scene: Any, where: str, form: Any) -> None:
+        """What a shell of elements with particles in it cannot be yet."""
+        patch = self.patch
+        assert patch is not None
+        if form.kind != "elements":
+            raise ValueError(f"{where}.patch: particles in a shell of elements, and shell '{self.name}' is '{form.kind}'; leave it out")
+        if form.points == 1 and patch.weight != "half":
+            raise ValueError(
+                f"{where}.patch.weight '{patch.weight}' varies over an element, which a single point does not see; use 'half', or 4 points"
+            )
+        if form.shear_bound != patch.formulation.shear_bound:
+            raise ValueError(
+                f"{where}.patch.formulation.shear_bound is {patch.formulation.shear_bound:g} and must be that of the elements, "
+                f"{form.shear_bound:g}"
+            )
+        scene.in_time("particles and elements are tied", f"{where}.patch")
+        if self.every not in (None, 1):
+            raise ValueError(f"{where}.every: elements and particles of shell '{self.name}' take the same steps; leave it out")
+        if self.self_contact:
+            raise ValueError(f"{where}.self_contact: elements and particles of one shell do not meet; leave self_contact or the patch out")
+        for fluid in scene.fluids:
+            if scene.met(self.name, fluid.name).meet:
+                raise ValueError(
+                    f"{where}.patch: fluid '{fluid.name}' would press on elements and particles both, which is not possible yet; "
+                    "leave one of them out"
+                )
+        if any(self.name in spring.between for spring in scene.springs):
+            raise ValueError(f"{where}.patch: springs do not choose between elements and particles of '{self.name}' yet; leave one out")
+        taken = [body.name for body in scene.bodies if body.name.lower() == f"{self.name}{PARTICLES}".lower()]
+        if taken:
+            raise ValueError(f"{scene.key_of(scene.body(taken[0]))}.name: '{taken[0]}' is that of the particles of shell '{self.name}'")
+
     def _of_elements(self, key: str, where: str) -> None:
         """What finite elements cannot do: they do not come apart."""
         what = "finite elements do not rupture"
-        if self.material.critical_damage is not None:
+        if self.material.critical_damage is not None and self.patch is None:
             raise ValueError(
                 f"{where}.material.critical_damage: {what}; leave it out, and damage grows without a crack, or set {key} to 'galerkin'"
             )

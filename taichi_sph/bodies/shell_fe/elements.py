@@ -29,7 +29,7 @@ from ...numerics.reduce import Reducer
 from ...pool import Pool
 from ...runtime import ti
 from ..nodal.nodes import body_of
-from ..shell.build import Model, bounded_shear, by_cell, cell_spacing, longest_diagonal
+from ..shell.build import Model, bounded_shear, by_cell, cell_widths, longest_diagonal, weighed
 from ..shell.stress import answer, of_sound_cells, shear_of
 from .shapes import reference
 
@@ -66,7 +66,7 @@ class Elements(Pool):
         slopes = at.slopes.astype(real)
         runtime.put(self.slope_1, np.ascontiguousarray(slopes[:, 0]))
         runtime.put(self.slope_2, np.ascontiguousarray(slopes[:, 1]))
-        runtime.put(self.points.area, at.areas)
+        runtime.put(self.points.area, weighed(bodies, at.areas))
         # of the rounded slopes, so that a rigid motion strains nothing
         each = np.repeat(X, points, axis=0)
         tangents = np.einsum("sak,ski->sai", slopes.astype(np.float64), each)
@@ -84,9 +84,10 @@ class Elements(Pool):
             runtime.put(self.points.director_1, np.ascontiguousarray(directors[:, 0]))
             runtime.put(self.points.director_2, np.ascontiguousarray(directors[:, 1]))
             constants = list(zip(*(self.material.numbers(key) for key in ("thickness", "young", "poisson"))))
-            shear = bounded_shear(bodies, by_cell, constants, cell_spacing(mesh))
+            shear = bounded_shear(bodies, by_cell, constants, cell_widths(bodies, mesh))
             runtime.put(self.points.shear, np.repeat(shear, points))
         if self.holds:
+            at.held *= weighed(bodies, at.areas).reshape(m, -1).sum(axis=1) / at.areas.reshape(m, -1).sum(axis=1)
             self._hold(at, X, mesh.node_normals[corner], real)
 
     def _hold(self, at: Any, X: np.ndarray, N: np.ndarray, real: type) -> None:

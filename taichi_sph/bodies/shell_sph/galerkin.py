@@ -41,7 +41,7 @@ from ...geometry.mesh import SurfaceMesh, tangent_frames
 from ...numerics.reduce import Reducer
 from ...pool import Pool
 from ...runtime import ti
-from ..shell.build import Model, bounded_shear, by_cell, by_node, cell_spacing, longest_diagonal
+from ..shell.build import Model, bounded_shear, by_cell, by_node, cell_widths, longest_diagonal, quarters, weighed
 from ..shell.stress import of_sound_cells, resultants
 from .bearing import bearing
 from .galerkin_reference import references, references_touched, shares, sides, turns, turns_touched
@@ -104,7 +104,7 @@ class Galerkin(Pool):
         self.residual_lost = self.field("residual_lost", n, unit="J", doc="taken from the residuals by damage", keeps=True)
         constants = list(zip(*(material.numbers(key) for key in ("thickness", "young", "poisson"))))
         membrane = by_node(bodies, [young * e / (1.0 - nu**2) for e, young, nu in constants])
-        scale = by_node(bodies, [form.stabilisation for form in forms]) * mesh.node_areas / local**2
+        scale = by_node(bodies, [form.stabilisation for form in forms]) * quarters(bodies) / local**2
         runtime.put(self.stiffness, membrane * scale)
         runtime.put(self.integrity, np.ones(n))
         if material.yields:
@@ -127,7 +127,7 @@ class Galerkin(Pool):
             self.across = self.field("across", n, dtype="f64", doc="|t_i|")
             self.side0 = self.field("side0", 4 * cells.n, 2, unit="1/m", doc="g before it is made orthonormal")
             self.area0 = self.field("area0", cells.n, unit="m2", doc="area before the tangents are made orthonormal")
-            runtime.put(cells.shear, bounded_shear(bodies, by_cell, constants, cell_spacing(mesh)))
+            runtime.put(cells.shear, bounded_shear(bodies, by_cell, constants, cell_widths(bodies, mesh)))
             runtime.put(self.stiffness_n, bounded_shear(bodies, by_node, constants, local, scale))
             runtime.put(self.stiffness_d, scale * membrane * by_node(bodies, [e**2 for e, _, _ in constants]) / 12.0)
         of_nodes = runtime.get(nodes.body, n) if nodes.several else None
@@ -137,11 +137,11 @@ class Galerkin(Pool):
                 seen = np.concatenate([points[: self.n_edges] + hiding.edge_moves[:, None], np.repeat(hiding.nodes[:, None], 2, axis=1)])
                 hiding.hide(self.rows, seen, hiding.nodes)
         self.rows.renew_all()
-        self._reference(mesh)
+        self._reference(mesh, weighed(bodies, mesh.areas))
 
-    def _reference(self, mesh: SurfaceMesh) -> None:
-        """Tangents, areas, directors and side coefficients of the reference, by the operator itself."""
-        gradients, areas = sides(mesh)
+    def _reference(self, mesh: SurfaceMesh, areas: np.ndarray) -> None:
+        """Tangents, areas, directors and side coefficients of the reference, by the operator itself. areas (M,): of the cells, weighed."""
+        gradients, _ = sides(mesh)
         runtime.put(self.side, gradients.reshape(-1, 2))
         runtime.put(self.cells.area, areas)
         self.turns = False

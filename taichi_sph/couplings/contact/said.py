@@ -79,7 +79,11 @@ class Meeting(Frozen):
 
 
 def met(scene: Any, one: str, other: str) -> Met:
-    """What holds between two bodies of a scene, by name."""
+    """What holds between two bodies of a scene, or parts of them, by name; parts of one body do not meet."""
+    parts = one != other
+    one, other = scene.body(one).name, scene.body(other).name
+    if parts and one == other:
+        return Met(False, None, None)
     said = next((m for m in scene.meetings if set(m.between) == {one, other}), None)
     if one == other:
         return Met(bool(getattr(scene.body(one), "self_contact", False)), None, None, 0.0 if said is None else said.friction)

@@ -141,6 +141,9 @@ def fragments(body: BodyFrame, scene: Scene | None = None) -> Fragments:
     held[:1] = scene is None or 2 * area[order[:1]] > node_area.sum()
     ends = label[np.unique(border(cells)) if scene is None else held_nodes(scene, body)]
     held[ends[ends >= 0]] = True
+    if "weight" in body.cell_data:  # of a shell in parts: the elements hold what overlaps them
+        tied = label[cells[(np.asarray(body.cell_data["weight"]) < 1.0) & live(body)]]
+        held[tied[tied >= 0]] = True
     return Fragments(body, label, node_area, area[order], np.bincount(label[alive], minlength=len(order)), held)
 
 
@@ -377,7 +380,7 @@ def light(body: BodyFrame, centre: np.ndarray, direction: np.ndarray, reach: flo
 
 
 def shell_of(scene: Scene, name: str) -> Shell:
-    return next(shell for shell in scene.shells if shell.name == name)
+    return scene.body(name)
 
 
 def mass_per_area(shell: Shell) -> float:

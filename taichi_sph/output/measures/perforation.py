@@ -110,7 +110,7 @@ def peak_force(run: RunFolder, scene: Scene, *, striker: str | None = None, star
 
 def first_rupture(run: RunFolder, body: str | None = None) -> float | None:
     """When [s] the first cell of a shell (of any, when none is named) broke; None: it did not."""
-    files = run.of_kind("shell") if body is None else [run.frames(body)]
+    files = run.of_kind("shell") if body is None else [run.the("shell", body)]
     times = []
     for file in files:
         last = file.body(-1)
