@@ -14,6 +14,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..bodies.fluid.fill import CONTACT, PINBALL, Filling
+from ..bodies.shell.sections import mean_at_nodes, sheets_of
 from ..couplings.contact.said import meeting
 from ..errors import SceneError
 from ..geometry.cuts import cells_cut
@@ -35,12 +36,12 @@ class Balls:
 
 @dataclass(frozen=True)
 class Discs:
-    """centres (n, 3), normals (n, 3), radii (n,) and half [m], half the thickness; sound (n,): no border and no cut beside it."""
+    """centres (n, 3), normals (n, 3), radii (n,) and half (n,) [m], half the thickness; sound (n,): no border and no cut beside it."""
 
     centres: np.ndarray
     normals: np.ndarray
     radii: np.ndarray
-    half: float
+    half: np.ndarray
     sound: np.ndarray
     edges: np.ndarray
 
@@ -62,8 +63,10 @@ def discs(shell: Shell, mesh: SurfaceMesh) -> Discs:
                 length = np.linalg.norm(mesh.points[cells[:, (k + ahead) % corners]] - mesh.points[node], axis=1)
                 np.maximum.at(reach, node[alive], length[alive])
     sound[np.unique(mesh.edges.nodes[(mesh.edges.sides < 0).any(axis=1)])] = False
+    made = sheets_of(shell, mesh)
+    thickness = np.full(n, made.sheets[0].thickness) if made.even else mean_at_nodes(mesh, made.thickness)
     radii = 0.5 * np.where(sound, np.maximum(near, far), np.where(near > 0, near, mesh.node_spacing))
-    return Discs(mesh.points, mesh.node_normals, radii, 0.5 * shell.thickness, sound, mesh.edges.nodes)
+    return Discs(mesh.points, mesh.node_normals, radii, 0.5 * thickness, sound, mesh.edges.nodes)
 
 
 def check_overlaps(scene: Scene, meshes: Mapping[str, SurfaceMesh], fillings: Mapping[str, Filling]) -> None:
@@ -84,7 +87,7 @@ def check_overlaps(scene: Scene, meshes: Mapping[str, SurfaceMesh], fillings: Ma
         return Balls(filling.points, np.full(len(filling.points), share * filling.spacing))
 
     boxes = {name: _box(ball.centres, ball.radii.max()) for name, ball in balls.items()}
-    boxes |= {name: _box(at.centres, at.radii.max() + at.half) for name, at in shells.items()}
+    boxes |= {name: _box(at.centres, at.radii.max() + at.half.max()) for name, at in shells.items()}
     boxes |= {name: _box(filling.points, filling.spacing) for name, filling in fillings.items()}
     for a, b in _beside(scene, boxes):
         if a in shells and b in shells:
@@ -152,10 +155,10 @@ def _in_discs(balls: Balls, at: Discs, sound: bool | None = None) -> float:
     deepest = -np.inf
     for radius in np.unique(balls.radii):  # a wide pinball must not widen the search of the small ones
         own = np.flatnonzero(balls.radii == radius)
-        i, j = _near(balls.centres[own], at.centres[chosen], float(radius + at.half + at.radii[chosen].max()))
+        i, j = _near(balls.centres[own], at.centres[chosen], float(radius + at.half[chosen].max() + at.radii[chosen].max()))
         if len(i):
             j = chosen[j]
-            deepest = max(deepest, float((radius + at.half - _from_flat(balls.centres[own[i]], at, j)).max()))
+            deepest = max(deepest, float((radius + at.half[j] - _from_flat(balls.centres[own[i]], at, j)).max()))
     return deepest
 
 
@@ -180,12 +183,14 @@ def _shells(a: str, one: Discs, b: str, other: Discs, allowed: float) -> None:
             at = ends[e, 0] + share[:, None] * (ends[e, 1] - ends[e, 0])
             if (crosses & (np.linalg.norm(at - second.centres[j], axis=1) < second.radii[j])).any():
                 raise SceneError(f"shell '{a}' starts across shell '{b}': move one of them away")
-    thick = one.half + other.half
-    least = thick
+    least, thick = np.inf, 0.0
     for first, second in ((one, other), (other, one)):
-        i, j = _near(first.centres, second.centres, float(thick + second.radii.max()))
+        i, j = _near(first.centres, second.centres, float(first.half.max() + second.half.max() + second.radii.max()))
         if len(i):
-            least = min(least, float(_from_flat(first.centres[i], second, j).min()))
+            apart, both = _from_flat(first.centres[i], second, j), first.half[i] + second.half[j]
+            nearest = int(np.argmin(apart - both))
+            if apart[nearest] - both[nearest] < least - thick:
+                least, thick = float(apart[nearest]), float(both[nearest])
     if least < thick - allowed:
         raise SceneError(
             f"shells '{a}' and '{b}' start {show(least, 'm')} apart, nearer than the mean of their thicknesses, {show(thick, 'm')}: "

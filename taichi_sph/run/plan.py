@@ -6,6 +6,7 @@ Meshes are made (NumPy), regions and cuts are tried on them; sizes, steps and se
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,16 +15,18 @@ import numpy as np
 from ..bodies.fluid.fill import Filling, fill_fluid
 from ..bodies.fluid.said import Fluid
 from ..bodies.rigid.said import Rigid
+from ..bodies.shell.sections import Sheet, Sheets, sheets_of
 from ..errors import SceneError
 from ..geometry.cuts import cells_cut
 from ..geometry.mesh import SurfaceMesh
 from ..geometry.normals import report
-from ..geometry.regions import extent, inside
+from ..geometry.regions import cells_in, extent, inside, nodes_in
 from ..geometry.surfaces import mesh_of
 from ..output import files
 from ..scene import Body, Numerics, Scene, Shell
 from ..scene.instead import LARGEST
 from ..scene.plausible import MAX_STEPS
+from ..scene.regions import Region
 from ..scene.surfaces import BoxTank, Given, Plate, Roof
 from ..scene.units import show
 from .counts import check_counts
@@ -173,18 +176,19 @@ def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:
     ends = mesh.points[mesh.edges.nodes]
     edge = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     finest = mesh.spacing if isinstance(shell.surface, Plate) else float(mesh.node_spacing.min())
-    mass = float(mesh.node_areas.sum() * shell.thickness * shell.material.density)
+    made = sheets_of(shell, mesh, f"{scene.key_of(shell)}.sections")
+    mass = float(mesh.shared(made.areal).sum())
     between = float(edge.min()), float(edge.max())
-    return _shell(
-        shell,
-        scene,
-        (len(mesh.points), _points(scene.numerics_of(shell).formulation, mesh)),
-        _cells(mesh),
-        mass,
-        finest,
-        between,
-        report(mesh),
-    )
+    note = report(mesh) + ("" if made.even else f"; {_sections(made, mesh)}")
+    size = len(mesh.points), _points(scene.numerics_of(shell).formulation, mesh)
+    return _shell(shell, scene, size, _cells(mesh), mass, finest, between, note, made.sheets)
+
+
+def _sections(made: Sheets, mesh: SurfaceMesh) -> str:
+    """Of what the cells are made, in words."""
+    parts = [(made.of == k, sheet) for k, sheet in enumerate(made.sheets)]
+    said = [f"{own.sum()} cells of {show(sheet.thickness, 'm')} {sheet.material.name}" for own, sheet in parts[:6]]
+    return f"sections: {', '.join(said)}" + (f" and {len(parts) - 6} more" if len(parts) > 6 else "")
 
 
 def _counted_shell(shell: Shell, nodes: int, scene: Scene) -> BodyPlan:
@@ -207,23 +211,25 @@ def _shell(
     finest: float,
     between: tuple[float, float],
     note: str,
+    sheets: Sequence[Sheet] = (),
 ) -> BodyPlan:
-    """size: nodes and cells; kind of most cells; mass [kg]; finest spacing and least and largest edge [m]."""
-    m = shell.material
+    """size: nodes and cells; kind of most cells; mass [kg]; finest spacing and least and largest edge [m]; sheets: those of its sections."""
     n = scene.numerics_of(shell)
     generated = not isinstance(shell.surface, Given)
-    factor = STEP[n.formulation.kind, kind]
-    if shell.motion == "free":
-        factor = (factor**-6 + _turning(shell.thickness / finest, n) ** -6) ** (-1 / 6)
-    factor *= 1 - n.irregularity**2 if generated else 1.0
-    dt = n.time_step_safety * factor * finest * math.sqrt(m.density * (1 - m.poisson**2) / m.young)
-    area = None if isinstance(shell.surface, Given) else shell.surface.area
+    dt = math.inf
+    for m, thickness, _ in sheets or [Sheet(shell.material, shell.thickness)]:
+        factor = STEP[n.formulation.kind, kind]
+        if shell.motion == "free":
+            factor = (factor**-6 + _turning(thickness / finest, n) ** -6) ** (-1 / 6)
+        factor *= 1 - n.irregularity**2 if generated else 1.0
+        dt = min(dt, n.time_step_safety * factor * finest * math.sqrt(m.density * (1 - m.poisson**2) / m.young))
+    area = None if isinstance(shell.surface, Given) or shell.sections else shell.surface.area
     return BodyPlan(
         name=shell.name,
         nodes=size[0],
         stress_points=size[1],
         mass=mass,
-        analytic_mass=None if area is None else area * shell.thickness * m.density,
+        analytic_mass=None if area is None else area * shell.thickness * shell.material.density,
         thickness=shell.thickness,
         spacing_min=between[0],
         spacing_max=between[1],
@@ -322,7 +328,10 @@ def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
             points = body.places() if mesh is None else mesh.points
             if points is None:
                 continue
-            caught = inside(load.where, points, None if mesh is None else sizes[load.body][0])
+            try:
+                caught = inside(load.where, points) if mesh is None else nodes_in(load.where, mesh, sizes[load.body][0])
+            except SceneError as error:
+                raise SceneError(f"{key}[{number}].where: {error}") from None
             if not caught.any():
                 low, high = points.min(axis=0), points.max(axis=0)
                 where = f"{key}[{number}].where catches no"
@@ -338,13 +347,13 @@ def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
         mesh = meshes.get(pressure.body)
         if mesh is None or pressure.where is None:
             continue
-        if not inside(pressure.where, mesh.centres, sizes[pressure.body][1]).any():
+        if not _caught(pressure.where, mesh, sizes[pressure.body][1], f"pressures[{number}].where"):
             raise SceneError(
                 f"pressures[{number}].where catches no cell of shell '{pressure.body}', whose nodes are {show(mesh.spacing, 'm')} apart"
             )
     for index, shell in enumerate(scene.shells):
         for number, region in enumerate(shell.sound):
-            if not inside(region, meshes[shell.name].centres, sizes[shell.name][1]).any():
+            if not _caught(region, meshes[shell.name], sizes[shell.name][1], f"shells[{index}].sound[{number}]"):
                 raise SceneError(
                     f"shells[{index}].sound[{number}] catches no stress point of shell '{shell.name}', whose nodes are "
                     f"{show(meshes[shell.name].spacing, 'm')} apart"
@@ -362,6 +371,14 @@ def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
                 f"motions[{regions[i][0]}] and motions[{regions[j][0]}] both hold {int((regions[i][1] & regions[j][1]).sum())} nodes of "
                 f"{scene.body(name).what} '{name}': a node can follow one motion, so let the regions not overlap"
             )
+
+
+def _caught(region: Region, mesh: SurfaceMesh, size: float, key: str) -> bool:
+    """Whether a region holds a cell; SceneError that names its key for a group that is not there."""
+    try:
+        return bool(cells_in(region, mesh, size).any())
+    except SceneError as error:
+        raise SceneError(f"{key}: {error}") from None
 
 
 def _check_modes(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:

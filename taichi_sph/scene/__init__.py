@@ -21,7 +21,7 @@ _WHERE = {
     ),
     "materials": ("Delay", "JohnsonCook", "LemaitreChaboche", "Material", "Mazars", "Perfect", "Power", "Table"),
     "numerics": ("Numerics",),
-    "regions": ("Ball", "Box", "Outside"),
+    "regions": ("Ball", "Box", "Group", "Outside"),
     "schema": ("Scene",),
     "script": ("derive", "dump", "load", "load_scene", "parameters_of"),
     "study": ("Convergence", "Study"),
@@ -31,7 +31,7 @@ _WHERE = {
     "units": ("Angle", "Density", "Dimensionless", "Force", "Length", "Pressure", "Speed", "Spin", "Time", "to_si"),
     "..bodies.fluid.said": ("Acoustic", "Fluid", "FluidBox", "Hole", "ShellFill", "Tait", "Wall", "Water"),
     "..bodies.rigid.said": ("Driven", "Pinball", "Rigid"),
-    "..bodies.shell.said": ("Collocation", "Cut", "FiniteElements", "Galerkin", "Shell", "Viscosity"),
+    "..bodies.shell.said": ("Collocation", "Cut", "FiniteElements", "Galerkin", "Section", "Shell", "Viscosity"),
     "..couplings.contact.said": ("Meeting", "PinballContact"),
     "..couplings.springs.said": ("Spring",),
 }  # fmt: skip

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-_BY_REGION = "a shell has one {} throughout; make two shells, or wait for regions of a mesh"
+_BY_REGION = "is said of sections: sections = (Section(where=..., {}=...),), where a Box, a Ball or a Group of the mesh"
 _SMOOTH = "bodies slide on each other without friction"
 _PAIR = "is said of a pair of bodies: Meeting(between=(one, other), {})"
 
@@ -28,12 +28,6 @@ NOT_YET: dict[str, dict[str, str]] = {
     },
     "Shell": {
         "friction": _SMOOTH,
-        "thickness_by_region": _BY_REGION.format("thickness"),
-        "thicknesses": _BY_REGION.format("thickness"),
-        "material_by_region": _BY_REGION.format("material"),
-        "materials": _BY_REGION.format("material"),
-        "sections": _BY_REGION.format("thickness and one material"),
-        "regions": _BY_REGION.format("thickness and one material"),
         "plies": "a shell has one material through its thickness; no laminates",
         "layup": "a shell has one material through its thickness; no laminates",
         "offset": "the surface is the mid-surface",
@@ -119,6 +113,11 @@ ELSEWHERE: dict[str, dict[str, str]] = {
         "strikers": "are rigids",
     },
     "Shell": {
+        "thickness_by_region": _BY_REGION.format("thickness"),
+        "thicknesses": _BY_REGION.format("thickness"),
+        "material_by_region": _BY_REGION.format("material"),
+        "materials": _BY_REGION.format("material"),
+        "regions": _BY_REGION.format("thickness"),
         "restitution": _PAIR.format("restitution=..."),
         "contact": "is numerics.contact of the scene; self_contact = true lets parts of one shell meet",
         "holes": "stand in the surface: surface.holes = (HoleIn(centre=..., radius=...),)",
@@ -153,10 +152,9 @@ KINDS: dict[str, dict[str, str]] = {  # by a kind that stands beside them
         "iges": "geometry of CAD is not read; mesh it and give the mesh",
     },
     "ball": {
-        "cylinder": "regions are boxes, balls and what is outside of them",
-        "group": "regions are boxes and balls; groups of a mesh are none yet, but part = '...' of a MeshFile reads one",
-        "set": "regions are boxes and balls; sets of a mesh are none yet, but part = '...' of a MeshFile reads one",
-        "nodes": "regions are boxes and balls; nodes by number are none yet",
+        "cylinder": "regions are boxes, balls, groups of a mesh and what is outside of them",
+        "set": "regions are boxes, balls and groups of cells: Group(name=...); sets of nodes are none yet",
+        "nodes": "regions are boxes, balls and groups of cells: Group(name=...); nodes by number are none yet",
     },
     "galerkin": {"fem": "shells are computed by particles alone", "total_lagrangian": "both forms are total Lagrangian; choose galerkin"},
 }

@@ -20,11 +20,12 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from ...errors import SceneError
-from ...geometry.holes import lids
+from ...geometry.holes import lids, rims
 from ...geometry.mesh import SurfaceMesh
 from ...geometry.surfaces import mesh_key
 from ...scene.schema import Scene
-from ...scene.surfaces import CappedTank, Cylinder, Surface
+from ...scene.surfaces import CappedTank, Cylinder, Shaped, Surface
+from ..shell.sections import sheets_of
 from .said import Fluid, FluidBox
 
 AXES = {"x": 0, "y": 1, "z": 2}
@@ -94,12 +95,13 @@ def fill_fluid(fluid: Fluid, scene: Scene, meshes: Mapping[str, SurfaceMesh]) ->
         return fill(fluid, spacing)
     shell = next(s for s in scene.shells if s.name == name)
     baffles = [s for s in scene.shells if s is not shell and scene.met(fluid.name, s.name).meet and _beside(meshes[s.name], meshes[name])]
-    walls = tuple((s.thickness, mesh_key(s, scene)) for s in (shell, *baffles))
+    walls = tuple((s.thickness, s.sections, mesh_key(s, scene)) for s in (shell, *baffles))
     key = (fluid.fill, fluid.water.density, fluid.contact, spacing, walls)
     found = _MADE.get(key)
     if found is None:
-        inside = [(meshes[s.name], s.thickness) for s in baffles]
-        found = _MADE[key] = fill(fluid, spacing, meshes[name], shell.thickness, shell.surface, inside)
+        inside = [(meshes[s.name], sheets_of(s, meshes[s.name]).thickness) for s in baffles]
+        made = sheets_of(shell, meshes[name])
+        found = _MADE[key] = fill(fluid, spacing, meshes[name], made.thickness, shell.surface, inside)
     return found
 
 
@@ -113,60 +115,64 @@ def fill(
     fluid: Fluid,
     spacing: float,
     mesh: SurfaceMesh | None = None,
-    thickness: float = 0.0,
+    thickness: float | np.ndarray = 0.0,
     surface: Surface | None = None,
-    baffles: Sequence[tuple[SurfaceMesh, float]] = (),
+    baffles: Sequence[tuple[SurfaceMesh, float | np.ndarray]] = (),
 ) -> Filling:
-    """The particles of a fluid. mesh, thickness [m], surface: of the shell that it fills (surface: as the scene has it); baffles: meshes
-    and thicknesses of what stands inside."""
+    """The particles of a fluid. mesh, thickness of its cells [m], surface: of the shell that it fills (surface: as the scene has it); baffles: meshes and thicknesses of what stands inside."""
     d = fluid.spacing or spacing
     if isinstance(fluid.fill, FluidBox):
         lo, hi = np.array(fluid.fill.lo), np.array(fluid.fill.hi)
         n = np.maximum(1, np.round((hi - lo) / d).astype(int))
         return Filling(_lattice(lo + 0.5 * (hi - lo) / n, (hi - lo) / n, n), fluid.fill.volume, d, fluid.water.density)
     assert mesh is not None, "what fills a shell needs its mesh"
-    if (mesh.edges.sides[:, 1] < 0).any() and not getattr(surface, "holds", False):
-        raise SceneError(f"fluid '{fluid.name}': shell '{fluid.fill.shell}' is open, so it has no inside to fill; close it")
+    if (mesh.edges.sides[:, 1] < 0).any():
+        _check_lids(fluid, mesh, surface)
     filled = fluid.fill
     axis = AXES[filled.axis]
     turn = [(axis + 1) % 3, (axis + 2) % 3, axis]
-    triangles = np.concatenate([_triangles(mesh), lids(mesh)])[:, :, turn]
+    covers, even = lids(mesh), bool(np.ptp(thickness) == 0)
+    triangles = np.concatenate([_triangles(mesh), covers])[:, :, turn]
+    half = _halves(mesh, thickness)
+    half = np.append(half, np.full(len(covers), half.mean()))
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
-    top = high[2] - 0.5 * thickness
+    edge = 1e-9 * (high[2] - low[2])
+    upper, lower = half[triangles[:, :, 2].max(axis=1) >= high[2] - edge].max(), half[triangles[:, :, 2].min(axis=1) <= low[2] + edge].max()
+    top = high[2] - upper
     level = top if fluid.fill.level is None else fluid.fill.level
-    if level > top * (1 + 1e-9) + 1e-9 * d or level <= low[2] + 0.5 * thickness:
+    if level > top * (1 + 1e-9) + 1e-9 * d or level <= low[2] + lower:
         raise SceneError(
             f"fluid '{fluid.name}': level {level:g} m lies outside the shell '{fluid.fill.shell}', whose inside reaches"
-            f" from {low[2] + 0.5 * thickness:g} to {top:g} m along {fluid.fill.axis}"
+            f" from {low[2] + lower:g} to {top:g} m along {fluid.fill.axis}"
         )
     above = fluid.fill.above
-    if above is not None and not low[2] + 0.5 * thickness < above < level:
+    if above is not None and not low[2] + lower < above < level:
         raise SceneError(
             f"fluid '{fluid.name}': above {above:g} m does not lie between the bottom of the shell '{fluid.fill.shell}',"
-            f" {low[2] + 0.5 * thickness:g} m, and the level, {level:g} m, along {fluid.fill.axis}"
+            f" {low[2] + lower:g} m, and the level, {level:g} m, along {fluid.fill.axis}"
         )
 
     def up_to(height: float) -> float:
-        found = _revolved(surface, thickness, filled.axis, height)
-        return _measured(triangles, thickness, height, d) if found is None else found
+        found = _revolved(surface if even else None, 2.0 * float(half[0]), filled.axis, height)
+        return _measured(triangles, half, upper, height, d) if found is None else found
 
     def wet(places: np.ndarray) -> np.ndarray:
         return places < level if above is None else (places < level) & (places > above)
 
     volume = up_to(level) if above is None else up_to(level) - up_to(above)
     bare = _area(triangles[wet(triangles[:, :, 2].mean(axis=1))])
-    walls, half = triangles, np.full(len(triangles), 0.5 * thickness)
+    walls, thin = triangles, float(half.min())
     for baffle, e in baffles:
         sides = _triangles(baffle)[:, :, turn]
         middle = sides.mean(axis=1)
-        area = _area(sides[wet(middle[:, 2]) & _inside(middle, triangles)])
-        volume, bare = volume - area * e, bare + 2.0 * area
-        walls, half = np.concatenate([walls, sides]), np.append(half, np.full(len(sides), 0.5 * e))
+        own, there = _halves(baffle, e), wet(middle[:, 2]) & _inside(middle, triangles)
+        volume, bare = volume - 2.0 * _under(sides[there], own[there]), bare + 2.0 * _area(sides[there])
+        walls, half = np.concatenate([walls, sides]), np.append(half, own)
     clear = CONTACT[fluid.contact]
     wanted = max(volume - (clear - 0.5) * d * bare, min(d, 1e50) ** 3)
     best = np.inf
     for pitch in PITCHES:
-        there, cell = _lattice_in(triangles, walls, half, d * pitch, level, clear, above)
+        there, cell = _lattice_in(triangles, walls, half, (lower, thin), d * pitch, level, clear, above)
         found = abs(len(there) * cell / wanted - 1)
         if found < best:
             points, lattice, best = there, float(np.cbrt(cell)), found
@@ -178,15 +184,47 @@ def fill(
     return Filling(points[:, back], volume, lattice, fluid.water.density, walls[:, :, back], half)
 
 
+def _check_lids(fluid: Fluid, mesh: SurfaceMesh, surface: Surface | None) -> None:
+    """SceneError where the openings of a shell have no plane lids that would close it, or its normals point inward."""
+    name = getattr(fluid.fill, "shell", "")
+    if isinstance(surface, Shaped):
+        if not surface.holds:
+            raise SceneError(f"fluid '{fluid.name}': shell '{name}' is open, so it has no inside to fill; close it")
+        return
+    for rim, normal in rims(mesh):
+        if np.ptp(rim @ normal) > 0.05 * np.ptp(rim, axis=0).max():
+            raise SceneError(
+                f"fluid '{fluid.name}': shell '{name}' is open and an opening is not plane, so it has no inside to fill; close it"
+            )
+    if mesh.volume < 0:
+        raise SceneError(
+            f"fluid '{fluid.name}': the normals of shell '{name}' point inward; turn its cells round, so that they point outward"
+        )
+
+
+def _halves(mesh: SurfaceMesh, thickness: float | np.ndarray) -> np.ndarray:
+    """(T,) half the thickness of the `_triangles` of a mesh [m]."""
+    each = 0.5 * np.broadcast_to(thickness, len(mesh.cells))
+    return np.append(each, each[mesh.cells[:, 3] >= 0])
+
+
 def _lattice_in(
-    triangles: np.ndarray, walls: np.ndarray, half: np.ndarray, d: float, level: float, clear: float, above: float | None
+    triangles: np.ndarray,
+    walls: np.ndarray,
+    half: np.ndarray,
+    least_half: tuple[float, float],
+    d: float,
+    level: float,
+    clear: float,
+    above: float | None,
 ) -> tuple[np.ndarray, float]:
     """The points of a lattice of spacing d (upright: what fits the level) in a closed surface, `clear` d off all walls, and the volume of
     its cell [m3]. above [m]: where another fluid ends, on which the lattice stands. walls (T, 3, 3): the triangles of the surface, then
-    those of baffles; half (T,) [m]: half the thickness of each."""
+    those of baffles; half (T,) [m]: half the thickness of each; least_half [m]: that of the bottom, and of the thinnest wall."""
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
-    margin = clear * d + half[0]
-    least = max(margin - 0.5 * d, half[0])  # on a round wall
+    bottom, thin = least_half
+    margin = clear * d + bottom
+    least = max((clear - 0.5) * d + thin, thin)  # on a round wall
     n = np.floor((high - low - 2 * least) / d + 1 + 1e-6).astype(int)
     lowest = low[2] + margin if above is None else above + 0.5 * d
     room = level - 0.5 * d - low[2] - margin if above is None else level - 0.5 * d - lowest  # between the lowest and the highest layer
@@ -204,7 +242,18 @@ def _lattice_in(
 
 def _area(triangles: np.ndarray) -> float:
     """[m2]"""
-    return float(0.5 * np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1).sum())
+    return float(_areas(triangles).sum())
+
+
+def _under(triangles: np.ndarray, half: np.ndarray) -> float:
+    """What half the thickness of each triangle takes [m3]."""
+    even = len(half) == 0 or bool((half == half[0]).all())
+    return float(half[0]) * _area(triangles) if even and len(half) else float(_areas(triangles) @ half)
+
+
+def _areas(triangles: np.ndarray) -> np.ndarray:
+    """(T,) [m2]"""
+    return 0.5 * np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
 
 
 def _lattice(first: np.ndarray, step: np.ndarray, n: np.ndarray) -> np.ndarray:
@@ -336,8 +385,8 @@ def _revolved(surface: Surface | None, thickness: float, axis: str, level: float
     return float(np.pi * square.mean() * (stop - start))
 
 
-def _measured(triangles: np.ndarray, thickness: float, level: float, d: float) -> float:
-    """Volume inside a mesh up to a level [m3], by lines D/4 apart, less the half of the walls that stands inside."""
+def _measured(triangles: np.ndarray, half: np.ndarray, upper: float, level: float, d: float) -> float:
+    """half (T,), upper [m]: half the thickness of each triangle, and at the top. Volume inside a mesh up to a level [m3], by lines D/4 apart, less the half of the walls that stands inside."""
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
     n = np.ceil((high - low)[:2] / (0.25 * d)).astype(int)
     step = (high - low)[:2] / n
@@ -345,6 +394,7 @@ def _measured(triangles: np.ndarray, thickness: float, level: float, d: float) -
     x, y = np.meshgrid(*(low[c] + step[c] * (np.arange(n[c]) + aside) for c, aside in enumerate((0.5001, 0.50037))))
     line, height = _crossings(np.column_stack([x.ravel(), y.ravel()]), triangles)
     order = np.lexsort((height, line))
-    inside = np.minimum(height[order], level + 0.5 * thickness)  # in at odd crossings, out at even ones
+    inside = np.minimum(height[order], level + upper)  # in at odd crossings, out at even ones
     volume = float(step.prod() * np.sum(inside[1::2] - inside[::2]))
-    return volume - 0.5 * thickness * _area(triangles[triangles.mean(axis=1)[:, 2] < level])
+    wet = triangles.mean(axis=1)[:, 2] < level
+    return volume - _under(triangles[wet], half[wet])

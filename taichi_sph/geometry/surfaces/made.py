@@ -77,5 +77,6 @@ def _of_arrays(net: Net, plane: bool) -> SurfaceMesh:
     cells = np.full((len(net.cells), 4), -1, np.int64)
     for row, cell in enumerate(net.cells):
         cells[row, : len(cell)] = cell
-    raw = Raw(points, cells, np.arange(len(points)), np.arange(len(cells)), first=0)
+    groups = {name: np.array(rows) for name, rows in net.groups.items()}
+    raw = Raw(points, cells, np.arange(len(points)), np.arange(len(cells)), first=0, regions=groups)
     return surface_of("net", raw, plane=plane, merge=net.merge)
