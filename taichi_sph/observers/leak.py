@@ -170,6 +170,7 @@ class LeakGauge(Pool):
 
 def gauges(scene: Scene, groups: Sequence[Any]) -> list[LeakGauge]:
     """One for each fluid that fills a shell; where there are several their histories are called by the fluids."""
-    filled = [(fluid, tank) for fluid in scene.fluids if (tank := getattr(fluid.fill, "shell", None)) is not None]
+    shells = {shell.name for shell in scene.shells}  # a rigid tank does not leak
+    filled = [(fluid, tank) for fluid in scene.fluids if (tank := getattr(fluid.fill, "shell", None)) in shells]
     called = {fluid.name: "leak" if len(filled) == 1 else f"leak_{fluid.name}" for fluid, _ in filled}
     return [LeakGauge(called[f.name], holding(groups, tank)[0], tank, holding(groups, f.name)[0], f.name) for f, tank in filled]

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..bodies.fluid.fill import CONTACT, PINBALL, Filling
+from ..bodies.rigid.solid import solid_of
 from ..bodies.shell.sections import mean_at_nodes, sheets_of
 from ..couplings.contact.said import meeting
 from ..errors import SceneError
@@ -73,9 +74,10 @@ def check_overlaps(scene: Scene, meshes: Mapping[str, SurfaceMesh], fillings: Ma
     """SceneError with one sentence where two bodies that may meet lie in each other."""
     if len(scene.bodies) < 2:
         return
-    balls = {r.name: Balls(np.array([p.centre for p in r.pinballs]), np.array([p.radius for p in r.pinballs])) for r in scene.rigids}
+    solids = [solid_of(body, scene) for body in scene.rigids]
+    balls = {solid.name: Balls(solid.places, solid.radii) for solid in solids}
     lengths = [0.5 * radius for ball in balls.values() for radius in ball.radii]
-    lengths += [mesh.spacing for mesh in meshes.values()] + [filling.spacing for filling in fillings.values()]
+    lengths += [meshes[shell.name].spacing for shell in scene.shells] + [filling.spacing for filling in fillings.values()]
     skin = 0.5 * min(lengths, default=0.0)
     shells = {shell.name: discs(shell, meshes[shell.name]) for shell in scene.shells if shell.meets}
     thin = {f.name: f.contact is None for f in scene.fluids}

@@ -15,7 +15,9 @@ import numpy as np
 from ..bodies.fluid.fill import Filling, fill_fluid
 from ..bodies.fluid.said import Fluid
 from ..bodies.rigid.said import Rigid
+from ..bodies.rigid.solid import solid_of
 from ..bodies.shell.sections import Sheet, Sheets, sheets_of
+from ..couplings.welds.places import welded
 from ..errors import SceneError
 from ..geometry.cuts import cells_cut
 from ..geometry.mesh import SurfaceMesh
@@ -114,6 +116,7 @@ def make(scene: Scene, memory_there: int | None = None) -> Made:
     """The meshes of the shells and the fillings of the fluids; SceneError where those would not fit into `memory_there` bytes."""
     meshes = {shell.name: mesh_of(shell, scene) for shell in scene.shells}
     check_counts(scene, memory_there, meshes)
+    meshes |= {body.name: mesh_of(body, scene) for body in scene.rigids if body.surface is not None}
     return Made(meshes, {f.name: fill_fluid(f, scene, meshes) for f in scene.fluids})
 
 
@@ -124,7 +127,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     counts = check_counts(scene, memory_there)  # before anything is made
     if sum(counts.values()) > large and not any(isinstance(shell.surface, Given) for shell in scene.shells):
         bodies = tuple(_counted_shell(shell, counts[shell.name], scene) for shell in scene.shells)
-        bodies += tuple(_rigid(body) for body in scene.rigids)
+        bodies += tuple(_rigid(body, scene) for body in scene.rigids)
         bodies += tuple(_counted_fluid(fluid, counts[fluid.name], scene) for fluid in scene.fluids)
         return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second)
     made = make(scene, memory_there)
@@ -132,9 +135,13 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     _check_cuts(scene, made.meshes)
     _check_modes(scene, made.meshes)
     _check_springs(scene, made.meshes)
+    if scene.welds:
+        shells = {shell.name: made.meshes[shell.name] for shell in scene.shells}
+        welded(scene.welds, {name: mesh.points for name, mesh in shells.items()}, {name: mesh.spacing for name, mesh in shells.items()})
+    _check_gases(scene, made)
     check_overlaps(scene, made.meshes, made.fillings)
     bodies = tuple(_body(shell, made.meshes[shell.name], scene) for shell in scene.shells)
-    bodies += tuple(_rigid(body) for body in scene.rigids)
+    bodies += tuple(_rigid(body, scene) for body in scene.rigids)
     bodies += tuple(_fluid(fluid, made.fillings[fluid.name], scene) for fluid in scene.fluids)
     return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second, made)
 
@@ -213,7 +220,7 @@ def _shell(
     note: str,
     sheets: Sequence[Sheet] = (),
 ) -> BodyPlan:
-    """size: nodes and cells; kind of most cells; mass [kg]; finest spacing and least and largest edge [m]; sheets: those of its sections."""
+    """size: nodes and cells; kind of most cells; mass [kg]; finest spacing and least and largest edge [m]; sheets: of its sections."""
     n = scene.numerics_of(shell)
     generated = not isinstance(shell.surface, Given)
     dt = math.inf
@@ -240,20 +247,23 @@ def _shell(
     )
 
 
-def _rigid(body: Rigid) -> BodyPlan:
+def _rigid(body: Rigid, scene: Scene) -> BodyPlan:
     """Its pinballs; it follows the step of the others."""
-    radii = [p.radius for p in body.pinballs]
+    solid = solid_of(body, scene)
+    radii = solid.radii.tolist()
+    surface = "" if solid.mesh is None else f"; surface of {len(solid.mesh.points)} nodes, {report(solid.mesh)}"
+    note = f"rigid, inertia {', '.join(f'{m:.3g}' for m in solid.moments.diagonal())} kg m2 along x, y, z"
     return BodyPlan(
         name=body.name,
         nodes=len(radii),
         stress_points=0,
-        mass=body.mass,
+        mass=solid.mass,
         analytic_mass=None,
         thickness=2 * min(radii),
         spacing_min=2 * min(radii),
         spacing_max=2 * max(radii),
         dt=math.inf,
-        note=f"rigid, inertia {', '.join(f'{m:.3g}' for m in body.moments.diagonal())} kg m2 along x, y, z",
+        note=(note if body.free else "rigid, held" if body.held else "rigid, driven") + surface,
     )
 
 
@@ -409,6 +419,18 @@ def _check_springs(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
                     f"springs[{number}].points[{end}] is {show(away, 'm')} from the nearest node of '{name}', beyond {within}, "
                     f"{show(allowed, 'm')}: an end must lie on its body"
                 )
+
+
+def _check_gases(scene: Scene, made: Made) -> None:
+    """Gas is in a closed shell and has room there."""
+    for number, gas in enumerate(scene.gases):
+        mesh = made.meshes[gas.body]
+        if (mesh.edges.sides[:, 1] < 0).any():
+            raise SceneError(f"gases[{number}]: shell '{gas.body}' is open, and gas that flows out is not possible yet; close it")
+        water = sum(made.fillings[f.name].volume for f in scene.fluids if getattr(f.fill, "shell", None) == gas.body)
+        if mesh.volume < 0 or water > 0.99 * mesh.volume:
+            why = "its normals point inward" if mesh.volume < 0 else "it is full of water"
+            raise SceneError(f"gases[{number}]: there is no room for gas in shell '{gas.body}': {why}")
 
 
 def _check_cuts(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:

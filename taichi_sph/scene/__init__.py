@@ -33,7 +33,9 @@ _WHERE = {
     "..bodies.rigid.said": ("Driven", "Pinball", "Rigid"),
     "..bodies.shell.said": ("Collocation", "Cut", "FiniteElements", "Galerkin", "Section", "Shell", "Viscosity"),
     "..couplings.contact.said": ("Meeting", "PinballContact"),
+    "..couplings.gas.said": ("Gas",),
     "..couplings.springs.said": ("Spring",),
+    "..couplings.welds.said": ("Weld",),
 }  # fmt: skip
 _HOME = {name: module for module, names in _WHERE.items() for name in names}
 __all__ = sorted(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]

@@ -20,8 +20,7 @@ NOT_YET: dict[str, dict[str, str]] = {
         "explosives": "there are no explosives; give their pressure as a SurfacePressure with history = Friedlander(...)",
         "beams": "there are shells, rigid bodies and fluids; no beams",
         "solids": "there are shells, rigid bodies and fluids; no solids",
-        "joints": "bodies are joined by contact and springs alone; no joints",
-        "ties": "bodies are joined by contact and springs alone; no ties",
+        "joints": "bodies are joined by contact, springs and welds alone; no joints",
         "constraints": "nodes are held by motions alone; no constraints between nodes",
         "mass_scaling": "masses are what they are; the step follows from the spacing",
         "damping": "there is no damping of whole bodies; springs may damp, and static finds equilibrium",
@@ -31,8 +30,6 @@ NOT_YET: dict[str, dict[str, str]] = {
         "plies": "a shell has one material through its thickness; no laminates",
         "layup": "a shell has one material through its thickness; no laminates",
         "offset": "the surface is the mid-surface",
-        "ribs": "three cells at one edge are not possible, and ribs meet a plate so; make them shells of their own that touch it",
-        "stiffeners": "three cells at one edge are not possible, and ribs meet a plate so; make them shells of their own that touch it",
         "drilling": "directors do not turn about themselves",
         "prestress": "a shell starts without stress",
         "initial_stress": "a shell starts without stress",
@@ -40,16 +37,10 @@ NOT_YET: dict[str, dict[str, str]] = {
     },
     "Rigid": {
         "friction": _SMOOTH,
-        "surface": "a rigid body is made of spheres: pinballs",
-        "mesh": "a rigid body is made of spheres: pinballs",
-        "shape": "a rigid body is made of spheres: pinballs",
     },
     "Fluid": {
         "viscosity": "water has no viscosity of its own, only the artificial one, alpha",
         "surface_tension": "water has no surface tension",
-        "gas": "above the water is vacuum; gas is not computed",
-        "pressure": "water starts at rest or hydrostatic; no other pressure at the start",
-        "initial_pressure": "water starts at rest or hydrostatic; no other pressure at the start",
         "temperature": "temperature is not followed",
         "inflow": "water does not flow in; what is there is there at the start",
     },
@@ -71,9 +62,9 @@ NOT_YET: dict[str, dict[str, str]] = {
         "adhesion": "contact pushes and does not hold",
     },
     "Wall": {
-        "size": "a wall is a plane without end; a finite one is a shell or a held rigid body",
-        "motion": "a wall stands still",
-        "velocity": "a wall stands still",
+        "size": "a wall is a plane without end; a finite one is a held rigid body with a surface",
+        "motion": "a wall stands still; a rigid body with a surface is driven",
+        "velocity": "a wall stands still; a rigid body with a surface is driven",
         "friction": "water slides along a wall",
     },
     "Material": {
@@ -99,6 +90,7 @@ NOT_YET: dict[str, dict[str, str]] = {
 
 ELSEWHERE: dict[str, dict[str, str]] = {
     "Scene": {
+        "ties": "are welds: Weld(between=(one, other))",
         "contacts": "is numerics.contact, and meetings for pairs of bodies",
         "contact": "is numerics.contact, and meetings for pairs of bodies",
         "loads": "are forces, moments, pressures and gravity",
@@ -118,6 +110,8 @@ ELSEWHERE: dict[str, dict[str, str]] = {
         "material_by_region": _BY_REGION.format("material"),
         "materials": _BY_REGION.format("material"),
         "regions": _BY_REGION.format("thickness"),
+        "ribs": "are shells of their own, welded on: Weld(between=(plate, rib))",
+        "stiffeners": "are shells of their own, welded on: Weld(between=(plate, stiffener))",
         "restitution": _PAIR.format("restitution=..."),
         "contact": "is numerics.contact of the scene; self_contact = true lets parts of one shell meet",
         "holes": "stand in the surface: surface.holes = (HoleIn(centre=..., radius=...),)",
@@ -127,7 +121,13 @@ ELSEWHERE: dict[str, dict[str, str]] = {
         "density": "is material.density",
         "young": "is material.young",
     },
+    "Fluid": {
+        "gas": "is gases of the scene: Gas(body=..., pressure=...) fills what the water leaves of a closed shell",
+        "initial_pressure": "is pressure",
+    },
     "Rigid": {
+        "mesh": "is surface: MeshFile(path=...), or Net(points=..., cells=...)",
+        "shape": "is surface: a BoxTank, a Sphere, a MeshFile and others",
         "radius": "is pinballs: each has a centre and a radius",
         "fixed": "is held",
         "motion": "is driven",
@@ -145,8 +145,8 @@ ELSEWHERE: dict[str, dict[str, str]] = {
 
 KINDS: dict[str, dict[str, str]] = {  # by a kind that stands beside them
     "plate": {
-        "stiffened_panel": "three cells at one edge are not possible, and ribs meet a plate so",
-        "tee": "three cells at one edge are not possible",
+        "stiffened_panel": "three cells at one edge are not possible; make it a Plate and Plates on edge, joined by welds",
+        "tee": "three cells at one edge are not possible; make it two Plates joined by a Weld",
         "ellipsoid": "make it a mesh, or a CappedTank with elliptical heads",
         "step": "geometry of CAD is not read; mesh it and give the mesh",
         "iges": "geometry of CAD is not read; mesh it and give the mesh",

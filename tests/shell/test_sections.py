@@ -86,9 +86,8 @@ def test_a_ring_of_two_thicknesses_stretches_by_its_springs():
     where they meet is small: the ring is free to move as one."""
     R, p = 1.0, 1e5
     surface = Cylinder(radius=R, length=3 * D, axis="z")
-    shell = Shell(
-        name="ring", surface=surface, thickness=E, material=HARD, motion="free", sections=(Section(where=Box(lo=(0, None, None)), thickness=2 * E),)
-    )  # fmt: skip
+    right = Section(where=Box(lo=(0, None, None)), thickness=2 * E)
+    shell = Shell(name="ring", surface=surface, thickness=E, material=HARD, motion="free", sections=(right,))
     # axes of symmetry: nodes on y = 0 stay on it
     held = [
         PrescribedVelocity(where=Box(lo=(None, -1e-6, None), hi=(-0.5, 1e-6, None)), velocity=(0, 0, 0), spin=(0, 0, 0)),
@@ -113,9 +112,8 @@ def test_groups_of_a_mesh_say_sections_loads_and_supports():
     points, cells = box((4, 4, 4), 0.1)
     top = np.flatnonzero((points[cells][:, :, 2] > 0.4 - 1e-9).all(axis=1)).tolist()
     surface = Net(points=points, cells=cells, groups={"lid": top, "all": list(range(len(cells)))})
-    shell = Shell(
-        name="box", surface=surface, thickness="2 mm", material=HARD, motion="free", sections=(Section(where=Group(name="Lid"), thickness="6 mm"),)
-    )  # fmt: skip
+    lid = Section(where=Group(name="Lid"), thickness="6 mm")
+    shell = Shell(name="box", surface=surface, thickness="2 mm", material=HARD, motion="free", sections=(lid,))
     scene = Scene(
         name="box", title="", source="tests", shells=[shell], duration=1e-4, numerics=Numerics(spacing=0.1),
         pressures=[SurfacePressure(value=1e4, where=Group(name="lid"))],
@@ -154,7 +152,7 @@ def test_a_metal_of_two_strengths_yields_where_it_is_weak():
             "galerkin",
             "sections[0].material has other laws than the shell's own",
         ),
-        ({"where": Box(lo=(2.0, None, None)), "thickness": 0.01}, "galerkin", "shells[0].sections[0].where catches no cell of shell 'strip'"),
+        ({"where": Box(lo=(2.0, None, None)), "thickness": 0.01}, "galerkin", "sections[0].where catches no cell of shell 'strip'"),
         ({"where": Group(name="lid"), "thickness": 0.01}, "galerkin", "sections[0].where: group 'lid': the mesh has no group of that name"),
     ],
 )  # fmt: skip

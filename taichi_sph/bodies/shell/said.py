@@ -98,15 +98,15 @@ class Section(Frozen):
 
 
 class Shell(Body):
-    """A thin body: mid-surface, thickness, material, cuts present at t = 0. `sections`: where thickness or material are others; the last one
-    that holds the middle of a cell counts.
+    """A thin body: mid-surface, thickness, material, cuts present at t = 0. `sections`: where thickness or material are others; the last
+    one that holds the middle of a cell counts.
 
     `motion` = "in_plane": the mid-surface stays in its plane (plane stress, two degrees of freedom);
     "free": it bends and turns as it likes (Mindlin-Reissner, five degrees of freedom). `spacing` to `raised_inertia`: as in the numerics of
     the scene, for this shell alone; None: what stands there. `every`: steps of the clock between two of the shell's own; None: 1.
     """
 
-    bears: ClassVar[frozenset[str]] = frozenset({"forces", "moments", "pressures", "motions", "initial", "probes"})
+    bears: ClassVar[frozenset[str]] = frozenset({"forces", "moments", "pressures", "gases", "motions", "initial", "probes"})
     what: ClassVar[str] = "shell"
     holds_springs: ClassVar[bool] = True
     has_nodes: ClassVar[bool] = True
@@ -142,8 +142,8 @@ class Shell(Body):
         for number, section in enumerate(self.sections):
             if section.material is not None and section.material.laws != self.material.laws:
                 raise ValueError(
-                    f"sections[{number}].material has other laws than the shell's own (strength, layers, damage, delay, rupture), which is not "
-                    "possible yet within one shell; let the numbers alone differ: a yield stress that is not reached, a damage that does not begin"
+                    f"sections[{number}].material has other laws than the shell's own (strength, layers, damage, delay, rupture), which is "
+                    "not possible yet within one shell; let the numbers alone differ: a yield stress that is not reached, or the like"
                 )
         thickest = max([self.thickness, *(s.thickness for s in self.sections if s.thickness is not None)])
         if isinstance(self.surface, Plate):

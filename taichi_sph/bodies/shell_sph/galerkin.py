@@ -166,8 +166,8 @@ class Galerkin(Pool):
             turns(self, self.n_edges, self.nodes.n)
 
     def areas(self, mesh: SurfaceMesh, of_cells: np.ndarray | None = None) -> np.ndarray:
-        """(N,) what a pressure of one, or of of_cells (M,), on all cells gives each node [m2] (bearing.py). Total and centre of each cell are kept, for the rows
-        reproduce linear fields."""
+        """(N,) what a pressure of one, or of of_cells (M,), on all cells gives each node [m2] (bearing.py). Total and centre of each cell
+        are kept, for the rows reproduce linear fields."""
         import scipy.sparse
 
         there = mesh.edges.cell_edges >= 0

@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from ...bodies.rigid.solid import solid_of
 from ...errors import SceneError
 from ...frame import BodyFrame
 from ...scene import Fluid, Scene
@@ -197,7 +198,7 @@ def momentum_drift(run: RunFolder, scene: Scene) -> float:
     Frames keep single precision: 1e-6 is nothing.
     """
     rigids = {name: of(run, name) for name in striker_names(run)}
-    mass = {body.name: body.mass for body in scene.rigids}
+    mass = {body.name: solid_of(body, scene).mass for body in scene.rigids}
     density = {fluid.name: fluid.water.density for fluid in scene.fluids}
 
     def water(frame: BodyFrame) -> np.ndarray:
