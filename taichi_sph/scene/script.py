@@ -271,7 +271,8 @@ def _anchored(scene: Scene, folder: Path) -> Scene:
             return body
         return body.model_copy(update={"surface": body.surface.model_copy(update={"path": folder / body.surface.path})})
 
-    files = [body.surface for body in (*scene.shells, *scene.rigids) if isinstance(body.surface, MeshFile)]
+    surfaces = [*(shell.surface for shell in scene.shells), *(rigid.surface for rigid in scene.rigids)]
+    files = [surface for surface in surfaces if isinstance(surface, MeshFile)]
     if all(file.path.is_absolute() for file in files):
         return scene
     return scene.model_copy(update={key: tuple(placed(body) for body in getattr(scene, key)) for key in ("shells", "rigids")})

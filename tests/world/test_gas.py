@@ -73,15 +73,11 @@ def test_gas_above_water_has_what_the_water_leaves():
 
 
 def test_water_under_pressure_leaves_with_the_impulse_of_the_wall():
-    """A column between planes, one end free: until the release arrives at its foot the wall pushes with p A, and all of that is momentum."""
+    """A column between planes, one end free: until the release arrives at its foot the wall pushes with p A: that is its momentum."""
     D, c, p = 0.02, 30.0, 900.0
-    sides = [
-        Wall(point=x, normal=n)
-        for x, n in (((0, 0, 0), (1, 0, 0)), ((0.16, 0, 0), (-1, 0, 0)), ((0, 0, 0), (0, 1, 0)), ((0, 0.16, 0), (0, -1, 0)))
-    ]
-    water = Fluid(
-        name="water", fill=FluidBox(lo=(0, 0, 0), hi=(0.16, 0.16, 1.0)), water=Water(sound=c, tension=None), pressure=p, alpha=0.05
-    )
+    at = [((0, 0, 0), (1, 0, 0)), ((0.16, 0, 0), (-1, 0, 0)), ((0, 0, 0), (0, 1, 0)), ((0, 0.16, 0), (0, -1, 0))]
+    sides, fill = [Wall(point=x, normal=n) for x, n in at], FluidBox(lo=(0, 0, 0), hi=(0.16, 0.16, 1.0))
+    water = Fluid(name="water", fill=fill, water=Water(sound=c, tension=None), pressure=p, alpha=0.05)
     scene = Scene(
         name="column", title="", source="tests", fluids=[water], walls=[*sides, Wall(point=(0, 0, 0), normal=(0, 0, 1))],
         duration=0.05, numerics=Numerics(spacing=D),

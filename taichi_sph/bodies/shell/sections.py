@@ -49,28 +49,29 @@ class Sheets:
 def sheets_of(shell: Shell, mesh: SurfaceMesh, where: str = "sections") -> Sheets:
     """What the cells of a shell are made of; a section comes after what the file says. SceneError for a section without a cell; where: its
     key, for sentences."""
-    sheets, of = [Sheet(shell.material, shell.thickness, mesh.spacing)], np.zeros(len(mesh.cells), np.int32)
+    sheets = [Sheet(shell.material, shell.thickness, mesh.spacing)]
+    of = np.zeros(len(mesh.cells), np.int64)
     if getattr(shell.surface, "thicknesses", False):
         if not mesh.thickness:
             raise SceneError(f"{where.partition('.')[0]}.surface.thicknesses: the file says no thickness of its parts; give sections")
         for name, thickness in mesh.thickness.items():
             of[mesh.regions[name]] = len(sheets)
             sheets.append(Sheet(shell.material, thickness, mesh.spacing))
-    for number, section in enumerate(shell.sections):
+    for k, section in enumerate(shell.sections):
         try:
             caught = cells_in(section.where, mesh)
         except SceneError as error:
-            raise SceneError(f"{where}[{number}].where: {error}") from None
+            raise SceneError(f"{where}[{k}].where: {error}") from None
         if not caught.any():
             raise SceneError(
-                f"{where}[{number}].where catches no cell of shell '{shell.name}', whose nodes are {1e3 * mesh.spacing:.4g} mm apart"
+                f"{where}[{k}].where catches no cell of shell '{shell.name}', whose nodes are {1e3 * mesh.spacing:.4g} mm apart"
             )
         for old in np.unique(of[caught]).tolist():
             before = sheets[old]
             of[caught & (of == old)] = len(sheets)
             sheets.append(Sheet(section.material or before.material, section.thickness or before.thickness, mesh.spacing))
-    used, number = np.unique(of, return_inverse=True)
-    return Sheets(tuple(sheets[k] for k in used), number.astype(np.int32))
+    used, numbers = np.unique(of, return_inverse=True)
+    return Sheets(tuple(sheets[k] for k in used), numbers.astype(np.int32))
 
 
 def mean_at_nodes(mesh: SurfaceMesh, values: Sequence[float] | np.ndarray) -> np.ndarray:

@@ -205,7 +205,8 @@ def momentum_drift(run: RunFolder, scene: Scene) -> float:
         return density[frame.name] * frame.point_data["diameter"][0] ** 3 * frame.point_data["velocity"].astype(float).sum(axis=0)
 
     def solid(t: float) -> np.ndarray:
-        return sum(mass[n] * np.array([np.interp(t, h.time, h[f"v{a}"]) for a in "xyz"]) for n, h in rigids.items())
+        each = [mass[n] * np.array([np.interp(t, h.time, h[f"v{a}"]) for a in "xyz"]) for n, h in rigids.items()]
+        return np.sum(each, axis=0) if each else np.zeros(3)
 
     pools = [between(run, 0.0, math.inf, fluid.name) for fluid in scene.fluids]
     sums = np.array([sum(water(frame) for _, frame in instant) + solid(instant[0][0]) for instant in zip(*pools, strict=True)])
