@@ -23,6 +23,7 @@ SCENES = (
     ("plate_perforation", METAL),
     ("crack_branching", {"formulation": "collocation"}),
     ("plate_burst", {}),
+    ("fitted_tank", {}),
     ("clamped_plate", {"slenderness": 0.1, "nodes": "regular", "cells": "quad"}),
     ("plate_modes", {"edges": "free", "nodes": "regular"}),
     ("clamped_plate", {"slenderness": 0.1, "nodes": "regular", "cells": "quad", "formulation": "elements"}),

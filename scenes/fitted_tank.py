@@ -1,8 +1,8 @@
-"""A tank with all that tanks have, from one mesh with physical groups: a belt of thicker plate, a baffle, a stiffener, a vent in the lid.
+"""A tank with all that tanks have, from one mesh with physical groups: a belt of thicker plate, a baffle, a stiffener, a vent.
 
-The script writes the mesh as Gmsh would (format 2.2) and reads it back: the group "tank" is one shell, in which "belt" is thicker, "floor" is
-driven and "vent" is what the mesh leaves out; "baffle" and "stiffener" are shells of their own, welded to it where their nodes meet. The floor is
-shaken once along the tank; the water runs against the baffle and through the gaps above and below it.
+The script writes the mesh as Gmsh would (format 2.2) and reads it back. The group "tank" is one shell, in which "belt" is thicker and
+"floor" is driven; the vent is what the mesh leaves out of the lid. "baffle" and "stiffener" are shells of their own, welded to it where
+their nodes meet. The floor is shaken once along the tank; the water runs against the baffle, and through the gap below it.
 
     python scenes/fitted_tank.py --quality draft --out DIR
 """

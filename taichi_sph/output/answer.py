@@ -318,6 +318,6 @@ def answer(run: RunFolder, summary: dict[str, Any] | None = None) -> list[str]:
         lines.append("Energy: " + ", ".join(balance) + ".")
     speed = summary.get("node_steps_per_second")
     advance = summary["seconds"].get("advance")
-    if speed and advance is not None:
+    if speed and advance is not None and round(speed / 1e6, 2) > 0:  # not of a search for equilibrium
         lines.append(f"{summary['steps']} steps of {summary['nodes']} nodes in {advance:.1f} s: {speed / 1e6:.2f} M node-steps/s.")
     return lines
