@@ -85,7 +85,7 @@ def report(mesh: SurfaceMesh) -> str:
     if mesh.thickness:
         some = [f"{name} {1e3 * value:.4g} mm" for name, value in list(mesh.thickness.items())[:6]]
         said.append(
-            f"thicknesses of the file (surface.thicknesses = true takes them): {', '.join(some)}{', ...' if len(mesh.thickness) > 6 else ''}"
+            f"thicknesses of the file (surface.thicknesses takes them): {', '.join(some)}{', ...' if len(mesh.thickness) > 6 else ''}"
         )
     return "; ".join(said)
 

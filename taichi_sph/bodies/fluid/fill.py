@@ -325,8 +325,8 @@ def _revolved(surface: Surface | None, thickness: float, axis: str, level: float
 
 
 def _measured(triangles: np.ndarray, half: np.ndarray, upper: float, level: float, d: float) -> float:
-    """Volume inside a mesh up to a level [m3], by lines D/4 apart, less the half of the walls that stands inside. half (T,), upper [m]: half
-    the thickness of each triangle, and at the top."""
+    """Volume inside a mesh up to a level [m3], by lines D/4 apart, less the half of the walls that stands inside. half (T,), upper [m]:
+    half the thickness of each triangle, and at the top."""
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
     n = np.ceil((high - low)[:2] / (0.25 * d)).astype(int)
     step = (high - low)[:2] / n
