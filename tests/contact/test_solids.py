@@ -96,6 +96,7 @@ def test_a_shaken_tank_feels_the_water():
     assert factor(pace.points, 0.5) == 0.5
 
 
+@pytest.mark.long
 def test_a_platen_at_constant_speed_and_a_wall():
     """A light sheet between a platen that comes and a wall that stands: it takes the speed of the platen, and stops at the wall."""
     L, D, e = 0.1, 0.0125, 1e-3

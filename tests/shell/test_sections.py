@@ -50,7 +50,7 @@ def strip(form: str = "galerkin", motion: str = "in_plane", section: Section = T
     return Scene(name="strip", title="", source="tests", shells=[shell], motions=[held], duration=1e-3, numerics=numerics, **options | more)
 
 
-@pytest.mark.parametrize("form", ["galerkin", "elements"])
+@pytest.mark.parametrize("form", ["galerkin", pytest.param("elements", marks=pytest.mark.long)])
 def test_two_halves_stretch_as_springs_in_series(form):
     """P (l / E1 e1 + l / E2 e2) / w; with Poisson's ratio 0 the field is that of bars."""
     sim = start(strip(form))
@@ -67,7 +67,7 @@ def test_two_halves_stretch_as_springs_in_series(form):
     assert mass == pytest.approx(0.5 * L * W * E * (HARD.density + 0.5 * SOFT.density), rel=1e-12)
 
 
-@pytest.mark.parametrize("form", ["galerkin", "elements"])
+@pytest.mark.parametrize("form", ["galerkin", pytest.param("elements", marks=pytest.mark.long)])
 def test_a_cantilever_of_two_thicknesses_bends_as_beams_in_series(form):
     """Under a force at its end: the moments of the two halves over their own E I, integrated."""
     force = NodalForce(where=Box(lo=(L - 1e-6, None, None)), total=(0, 0, 10.0))
@@ -81,6 +81,7 @@ def test_a_cantilever_of_two_thicknesses_bends_as_beams_in_series(form):
     assert found == pytest.approx(exact, rel=0.02)
 
 
+@pytest.mark.long
 def test_a_ring_of_two_thicknesses_stretches_by_its_springs():
     """Half of a ring is twice as thick; under pressure both carry N = p R, so that the hoop grows by the mean of N / (E e). Bending
     where they meet is small: the ring is free to move as one."""
@@ -130,6 +131,7 @@ def test_groups_of_a_mesh_say_sections_loads_and_supports():
     assert (frame.cell_data["areal_mass"] * sim.shell.mesh.areas).sum() == pytest.approx(body.mass)
 
 
+@pytest.mark.long
 def test_a_metal_of_two_strengths_yields_where_it_is_weak():
     weak = Material(**STEEL | {"name": "weak", "poisson": 0.0, "strength": Perfect(yield_stress=1e6)})
     strong = weak.model_copy(update={"name": "strong", "strength": Perfect(yield_stress=1e9)})
