@@ -310,6 +310,21 @@ class _Cut:
             )
 
 
+def rims(mesh: SurfaceMesh) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Of each opening of a mesh the points of its rim (K, 3) [m] and the unit normal of the plane nearest to them."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    open_ = mesh.edges.nodes[mesh.edges.sides[:, 1] < 0]
+    n = len(mesh.points)
+    loop = connected_components(coo_array((np.ones(len(open_)), (open_[:, 0], open_[:, 1])), shape=(n, n)), directed=False)[1]
+    found = []
+    for number in np.unique(loop[open_]):
+        rim = mesh.points[np.unique(open_[loop[open_[:, 0]] == number])]
+        found.append((rim, np.linalg.svd(rim - rim.mean(axis=0), full_matrices=False)[2][-1]))
+    return found
+
+
 def lids(mesh: SurfaceMesh) -> np.ndarray:
     """(T, 3, 3) triangles that close the openings of a mesh: from the sides of each to its middle."""
     open_ = mesh.edges.nodes[mesh.edges.sides[:, 1] < 0]

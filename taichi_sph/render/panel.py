@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
-from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize
+from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize, to_rgba
 
 from ..frame import BodyFrame
 from ..output.measures.fragments import border
@@ -217,16 +217,20 @@ def draw(
         )
         return
     for body in bodies:
-        if body.form not in ("surface", "field"):
+        if body.form not in ("surface", "field", "solid"):
             _draw_balls(axes, body, view, wet)
             continue
-        of = look if body.form == "surface" else wet
+        of = look if body.form in ("surface", "solid") else wet
         if of is None:
             continue
-        sound = kept(body)
+        solid = body.form == "solid"
+        sound = np.ones(len(body.cells), bool) if solid else kept(body)
         points = view.seen(displaced(body, look.magnification)) * mm
-        cells, values = body.cells[sound], cell_values(body, of.field)[sound]
-        colours = of.colours(Normalize(of.low, of.high)(values))
+        cells = body.cells[sound]
+        if solid:
+            colours = np.tile(to_rgba(METAL), (len(cells), 1))
+        else:
+            colours = of.colours(Normalize(of.low, of.high)(cell_values(body, of.field)[sound]))
         if view.turn is not None:  # the farthest first, and darker where the light grazes
             corner = np.where(cells < 0, cells[:, :1], cells)
             order = np.argsort(points[corner, 2].mean(axis=1), kind="stable")

@@ -12,6 +12,7 @@ import numpy as np
 import pyvista
 
 from ..frame import BodyFrame
+from ..geometry.mesh import SurfaceMesh
 from ..output.measures.fragments import border
 from ..output.measures.pattern import node_spacing
 from .panel import CORE, DOT, ELEMENT, LOOSE, METAL, Look, View, cell_values, displaced, kept, outlined, point_values, scattered
@@ -82,6 +83,19 @@ def _pinballs(plotter: pyvista.Plotter, body: BodyFrame, view: View, cut: tuple[
         plotter.add_mesh(ball, color=METAL, smooth_shading=True, specular=0.5, specular_power=20, render=False)
 
 
+def _solid(plotter: pyvista.Plotter, body: BodyFrame, points: np.ndarray, hollow: bool) -> None:
+    """A surface of dark metal; of one that is met on its inside the near side is left out where the scene is cut open."""
+    count = np.where(body.cells[:, 3] < 0, 3, 4)
+    faces = np.concatenate([[n, *cell[:n]] for n, cell in zip(count, body.cells)])
+    hull = pyvista.PolyData(points, faces)
+    plotter.add_mesh(hull, color=METAL, specular=0.5, specular_power=20, culling="back" if hollow else None, render=False)
+
+
+def _inside_out(body: BodyFrame) -> bool:
+    """Whether the normals of a closed surface point inward."""
+    return SurfaceMesh(body.points, body.cells, 1.0).volume < 0
+
+
 def image(
     bodies: Sequence[BodyFrame],
     look: Look,
@@ -107,6 +121,8 @@ def image(
         low, high = min(low, points[:, 2].min() - room), max(high, points[:, 2].max() + room)
         if body.form == "balls":
             _pinballs(plotter, body, view, cut)
+        elif body.form == "solid":
+            _solid(plotter, body, points, cut is not None and _inside_out(body))
         elif body.form == "points":
             _balls(plotter, points, DOT * (view.x1 - view.x0) * scale, color=METAL)
         elif body.form == "particles":

@@ -14,6 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bodies.fluid.fill import CONTACT, PINBALL, Filling
+from ..bodies.rigid.solid import solid_of
+from ..bodies.shell.sections import mean_at_nodes, sheets_of
 from ..couplings.contact.said import meeting
 from ..errors import SceneError
 from ..geometry.cuts import cells_cut
@@ -35,13 +37,13 @@ class Balls:
 
 @dataclass(frozen=True)
 class Discs:
-    """centres (n, 3), normals (n, 3), radii (n,) and half [m], half the thickness; sound (n,): no border and no cut beside it; edges (E, 2)
-    and cells (C, 4) between them, those that are whole, the last corner -1 in a triangle."""
+    """centres (n, 3), normals (n, 3), radii (n,) and half (n,) [m], half the thickness; sound (n,): no border and no cut beside it;
+    edges (E, 2) and cells (C, 4) between them, those that are whole, the last corner -1 in a triangle."""
 
     centres: np.ndarray
     normals: np.ndarray
     radii: np.ndarray
-    half: float
+    half: np.ndarray
     sound: np.ndarray
     edges: np.ndarray
     cells: np.ndarray
@@ -64,17 +66,20 @@ def discs(shell: Shell, mesh: SurfaceMesh) -> Discs:
                 length = np.linalg.norm(mesh.points[cells[:, (k + ahead) % corners]] - mesh.points[node], axis=1)
                 np.maximum.at(reach, node[alive], length[alive])
     sound[np.unique(mesh.edges.nodes[(mesh.edges.sides < 0).any(axis=1)])] = False
+    made = sheets_of(shell, mesh)
+    thickness = np.full(n, made.sheets[0].thickness) if made.even else mean_at_nodes(mesh, made.thickness)
     radii = 0.5 * np.where(sound, np.maximum(near, far), np.where(near > 0, near, mesh.node_spacing))
-    return Discs(mesh.points, mesh.node_normals, radii, 0.5 * shell.thickness, sound, mesh.edges.nodes, mesh.cells[live])
+    return Discs(mesh.points, mesh.node_normals, radii, 0.5 * thickness, sound, mesh.edges.nodes, mesh.cells[live])
 
 
 def check_overlaps(scene: Scene, meshes: Mapping[str, SurfaceMesh], fillings: Mapping[str, Filling]) -> None:
     """SceneError with one sentence where two bodies that may meet lie in each other."""
     if len(scene.bodies) < 2:
         return
-    balls = {r.name: Balls(np.array([p.centre for p in r.pinballs]), np.array([p.radius for p in r.pinballs])) for r in scene.rigids}
+    solids = [solid_of(body, scene) for body in scene.rigids]
+    balls = {solid.name: Balls(solid.places, solid.radii) for solid in solids}
     lengths = [0.5 * radius for ball in balls.values() for radius in ball.radii]
-    lengths += [mesh.spacing for mesh in meshes.values()] + [filling.spacing for filling in fillings.values()]
+    lengths += [meshes[shell.name].spacing for shell in scene.shells] + [filling.spacing for filling in fillings.values()]
     skin = 0.5 * min(lengths, default=0.0)
     shells = {shell.name: discs(shell, meshes[shell.name]) for shell in scene.shells if shell.meets}
     thin = {f.name: f.contact is None for f in scene.fluids}
@@ -86,7 +91,7 @@ def check_overlaps(scene: Scene, meshes: Mapping[str, SurfaceMesh], fillings: Ma
         return Balls(filling.points, np.full(len(filling.points), share * filling.spacing))
 
     boxes = {name: _box(ball.centres, ball.radii.max()) for name, ball in balls.items()}
-    boxes |= {name: _box(at.centres, at.radii.max() + at.half) for name, at in shells.items()}
+    boxes |= {name: _box(at.centres, at.radii.max() + at.half.max()) for name, at in shells.items()}
     boxes |= {name: _box(filling.points, filling.spacing) for name, filling in fillings.items()}
     for a, b in _beside(scene, boxes):
         if a in shells and b in shells:
@@ -156,10 +161,10 @@ def _in_discs(balls: Balls, at: Discs, sound: bool | None = None) -> float:
     deepest = -np.inf
     for radius in np.unique(balls.radii):  # a wide pinball must not widen the search of the small ones
         own = np.flatnonzero(balls.radii == radius)
-        i, j = _near(balls.centres[own], at.centres[chosen], float(radius + at.half + at.radii[chosen].max()))
+        i, j = _near(balls.centres[own], at.centres[chosen], float(radius + at.half[chosen].max() + at.radii[chosen].max()))
         if len(i):
             j = chosen[j]
-            deepest = max(deepest, float((radius + at.half - _from_flat(balls.centres[own[i]], at, j)).max()))
+            deepest = max(deepest, float((radius + at.half[j] - _from_flat(balls.centres[own[i]], at, j)).max()))
     return deepest
 
 
@@ -184,10 +189,11 @@ def _shells(a: str, one: Discs, b: str, other: Discs, allowed: float) -> None:
             at = ends[e, 0] + share[:, None] * (ends[e, 1] - ends[e, 0])
             if (crosses & (np.linalg.norm(at - second.centres[j], axis=1) < second.radii[j])).any():
                 raise SceneError(f"shell '{a}' starts across shell '{b}': move one of them away")
-    thick = one.half + other.half
-    least = thick
+    least, thick = np.inf, 0.0
     for first, second in ((one, other), (other, one)):
-        least = min(least, _from_cells(first.centres, second, thick))
+        apart, both = _from_cells(first, second)
+        if apart - both < least - thick:
+            least, thick = apart, both
     if least < thick - allowed:
         raise SceneError(
             f"shells '{a}' and '{b}' start {show(least, 'm')} apart, nearer than the mean of their thicknesses, {show(thick, 'm')}: "
@@ -195,20 +201,24 @@ def _shells(a: str, one: Discs, b: str, other: Discs, allowed: float) -> None:
         )
 
 
-def _from_cells(points: np.ndarray, shell: Discs, reach: float) -> float:
-    """Least distance [m] of points from the cells of a shell, as far as it is below `reach`; as in couplings/contact/faces.py."""
+def _from_cells(nodes: Discs, shell: Discs) -> tuple[float, float]:
+    """Distance [m] of the nodes of one shell from the cells of another, and the mean of the thicknesses there, where they are nearest;
+    (inf, 0) where none is near. As in couplings/contact/faces.py."""
     corners = np.where(shell.cells < 0, shell.cells[:, [2]], shell.cells)
-    x = shell.centres[corners]
+    x, half = shell.centres[corners], shell.half[corners].mean(axis=1)
     middle = x[:, :3].mean(axis=1)
     four = shell.cells[:, 3] >= 0
     middle[four] = x[four].mean(axis=1)
     size = np.linalg.norm(x - middle[:, None], axis=2).max(axis=1)
-    i, f = _near(points, middle, float(reach + size.max(initial=0.0)))
-    least = reach
+    i, f = _near(nodes.centres, middle, float(nodes.half.max() + half.max(initial=0.0) + size.max(initial=0.0)))
+    if not len(i):
+        return np.inf, 0.0
+    apart, both = np.full(len(i), np.inf), nodes.half[i] + half[f]
     for k in range(4):
         one, two = x[f, k], x[f, (k + 1) % 4]  # of a triangle the side from its last corner to itself adds nothing
-        least = min(least, float(_from_triangles(points[i], one, two, middle[f]).min(initial=reach)))
-    return least
+        apart = np.minimum(apart, _from_triangles(nodes.centres[i], one, two, middle[f]))
+    nearest = int(np.argmin(apart - both))
+    return float(apart[nearest]), float(both[nearest])
 
 
 def _from_triangles(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ Meshes are made (NumPy), regions and cuts are tried on them; sizes, steps and se
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -15,17 +15,21 @@ import numpy as np
 from ..bodies.fluid.fill import Filling, fill_fluid
 from ..bodies.fluid.said import Fluid
 from ..bodies.rigid.said import Rigid
+from ..bodies.rigid.solid import solid_of
 from ..bodies.shell.parts import Part, Split, meshed, parts, split_of
+from ..bodies.shell.sections import Sheet, Sheets, sheets_of
+from ..couplings.welds.places import welded
 from ..errors import SceneError
 from ..geometry.cuts import cells_cut
 from ..geometry.mesh import SurfaceMesh
 from ..geometry.normals import report
-from ..geometry.regions import extent, inside
+from ..geometry.regions import cells_in, extent, inside, nodes_in
 from ..geometry.surfaces import mesh_of
 from ..output import files
 from ..scene import Body, Numerics, Scene, Shell
 from ..scene.instead import LARGEST
 from ..scene.plausible import MAX_STEPS
+from ..scene.regions import Region
 from ..scene.surfaces import BoxTank, Given, Plate, Roof
 from ..scene.units import show
 from .counts import check_counts
@@ -116,6 +120,7 @@ def make(scene: Scene, memory_there: int | None = None) -> Made:
     meshes = {shell.name: mesh_of(shell, scene) for shell in scene.shells}
     check_counts(scene, memory_there, meshes)
     splits = {shell.name: split_of(shell, scene) for shell in scene.shells if shell.patch is not None}
+    meshes |= {body.name: mesh_of(body, scene) for body in scene.rigids if body.surface is not None}
     return Made(meshes, {f.name: fill_fluid(f, scene, meshes) for f in scene.fluids}, splits)
 
 
@@ -128,7 +133,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     work = sum(counts.values()) + HOLE * sum(len(surface.holes) for surface in generated)
     if work > large and len(generated) == len(scene.shells):
         bodies = tuple(_counted_shell(shell, counts[shell.name], scene) for shell in scene.shells)
-        bodies += tuple(_rigid(body) for body in scene.rigids)
+        bodies += tuple(_rigid(body, scene) for body in scene.rigids)
         bodies += tuple(_counted_fluid(fluid, counts[fluid.name], scene) for fluid in scene.fluids)
         return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second)
     made = make(scene, memory_there)
@@ -136,9 +141,13 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     _check_cuts(scene, made.meshes)
     _check_modes(scene, made.meshes)
     _check_springs(scene, made.meshes)
+    if scene.welds:
+        shells = {shell.name: made.meshes[shell.name] for shell in scene.shells}
+        welded(scene.welds, {name: mesh.points for name, mesh in shells.items()}, {name: mesh.spacing for name, mesh in shells.items()})
+    _check_gases(scene, made)
     check_overlaps(scene, made.meshes, made.fillings)
     bodies = tuple(_part(one, made, scene) for one in parts(scene))
-    bodies += tuple(_rigid(body) for body in scene.rigids)
+    bodies += tuple(_rigid(body, scene) for body in scene.rigids)
     bodies += tuple(_fluid(fluid, made.fillings[fluid.name], scene, made.meshes) for fluid in scene.fluids)
     return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second, made)
 
@@ -193,18 +202,19 @@ def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:
     ends = mesh.points[mesh.edges.nodes]
     edge = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     finest = mesh.spacing if isinstance(shell.surface, Plate) else float(mesh.node_spacing.min())
-    mass = float(mesh.node_areas.sum() * shell.thickness * shell.material.density)
+    made = sheets_of(shell, mesh, f"{scene.key_of(scene.body(shell.name))}.sections")
+    mass = float(mesh.shared(made.areal).sum())
     between = float(edge.min()), float(edge.max())
-    return _shell(
-        shell,
-        scene,
-        (len(mesh.points), _points(scene.numerics_of(shell).formulation, mesh)),
-        _cells(mesh),
-        mass,
-        finest,
-        between,
-        report(mesh),
-    )
+    note = report(mesh) + ("" if made.even else f"; {_sections(made, mesh)}")
+    size = len(mesh.points), _points(scene.numerics_of(shell).formulation, mesh)
+    return _shell(shell, scene, size, _cells(mesh), mass, finest, between, note, made.sheets)
+
+
+def _sections(made: Sheets, mesh: SurfaceMesh) -> str:
+    """Of what the cells are made, in words."""
+    parts = [(made.of == k, sheet) for k, sheet in enumerate(made.sheets)]
+    said = [f"{own.sum()} cells of {show(sheet.thickness, 'm')} {sheet.material.name}" for own, sheet in parts[:6]]
+    return f"sections: {', '.join(said)}" + (f" and {len(parts) - 6} more" if len(parts) > 6 else "")
 
 
 def _counted_shell(shell: Shell, nodes: int, scene: Scene) -> BodyPlan:
@@ -227,23 +237,25 @@ def _shell(
     finest: float,
     between: tuple[float, float],
     note: str,
+    sheets: Sequence[Sheet] = (),
 ) -> BodyPlan:
-    """size: nodes and cells; kind of most cells; mass [kg]; finest spacing and least and largest edge [m]."""
-    m = shell.material
+    """size: nodes and cells; kind of most cells; mass [kg]; finest spacing and least and largest edge [m]; sheets: of its sections."""
     n = scene.numerics_of(shell)
     generated = not isinstance(shell.surface, Given)
-    factor = STEP[n.formulation.kind, kind]
-    if shell.motion == "free":
-        factor = (factor**-6 + _turning(shell.thickness / finest, n) ** -6) ** (-1 / 6)
-    factor *= 1 - n.irregularity**2 if generated else 1.0
-    dt = n.time_step_safety * factor * finest * math.sqrt(m.density * (1 - m.poisson**2) / m.young)
-    area = None if isinstance(shell.surface, Given) else shell.surface.area
+    dt = math.inf
+    for m, thickness, _ in sheets or [Sheet(shell.material, shell.thickness)]:
+        factor = STEP[n.formulation.kind, kind]
+        if shell.motion == "free":
+            factor = (factor**-6 + _turning(thickness / finest, n) ** -6) ** (-1 / 6)
+        factor *= 1 - n.irregularity**2 if generated else 1.0
+        dt = min(dt, n.time_step_safety * factor * finest * math.sqrt(m.density * (1 - m.poisson**2) / m.young))
+    area = None if isinstance(shell.surface, Given) or shell.sections else shell.surface.area
     return BodyPlan(
         name=shell.name,
         nodes=size[0],
         stress_points=size[1],
         mass=mass,
-        analytic_mass=None if area is None else area * shell.thickness * m.density,
+        analytic_mass=None if area is None else area * shell.thickness * shell.material.density,
         thickness=shell.thickness,
         spacing_min=between[0],
         spacing_max=between[1],
@@ -254,20 +266,23 @@ def _shell(
     )
 
 
-def _rigid(body: Rigid) -> BodyPlan:
+def _rigid(body: Rigid, scene: Scene) -> BodyPlan:
     """Its pinballs; it follows the step of the others."""
-    radii = [p.radius for p in body.pinballs]
+    solid = solid_of(body, scene)
+    radii = solid.radii.tolist()
+    surface = "" if solid.mesh is None else f"; surface of {len(solid.mesh.points)} nodes, {report(solid.mesh)}"
+    note = f"rigid, inertia {', '.join(f'{m:.3g}' for m in solid.moments.diagonal())} kg m2 along x, y, z"
     return BodyPlan(
         name=body.name,
         nodes=len(radii),
         stress_points=0,
-        mass=body.mass,
+        mass=solid.mass,
         analytic_mass=None,
         thickness=2 * min(radii),
         spacing_min=2 * min(radii),
         spacing_max=2 * max(radii),
         dt=math.inf,
-        note=f"rigid, inertia {', '.join(f'{m:.3g}' for m in body.moments.diagonal())} kg m2 along x, y, z",
+        note=(note if body.free else "rigid, held" if body.held else "rigid, driven") + surface,
     )
 
 
@@ -342,7 +357,10 @@ def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
             points = body.places() if mesh is None else mesh.points
             if points is None:
                 continue
-            caught = inside(load.where, points, None if mesh is None else sizes[load.body][0])
+            try:
+                caught = inside(load.where, points) if mesh is None else nodes_in(load.where, mesh, sizes[load.body][0])
+            except SceneError as error:
+                raise SceneError(f"{key}[{number}].where: {error}") from None
             if not caught.any():
                 low, high = points.min(axis=0), points.max(axis=0)
                 where = f"{key}[{number}].where catches no"
@@ -358,13 +376,13 @@ def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
         mesh = meshes.get(pressure.body)
         if mesh is None or pressure.where is None:
             continue
-        if not inside(pressure.where, mesh.centres, sizes[pressure.body][1]).any():
+        if not _caught(pressure.where, mesh, sizes[pressure.body][1], f"pressures[{number}].where"):
             raise SceneError(
                 f"pressures[{number}].where catches no cell of shell '{pressure.body}', whose nodes are {show(mesh.spacing, 'm')} apart"
             )
     for index, shell in enumerate(scene.shells):
         for number, region in enumerate(shell.sound):
-            if not inside(region, meshes[shell.name].centres, sizes[shell.name][1]).any():
+            if not _caught(region, meshes[shell.name], sizes[shell.name][1], f"shells[{index}].sound[{number}]"):
                 raise SceneError(
                     f"shells[{index}].sound[{number}] catches no stress point of shell '{shell.name}', whose nodes are "
                     f"{show(meshes[shell.name].spacing, 'm')} apart"
@@ -382,6 +400,14 @@ def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
                 f"motions[{regions[i][0]}] and motions[{regions[j][0]}] both hold {int((regions[i][1] & regions[j][1]).sum())} nodes of "
                 f"{scene.body(name).what} '{name}': a node can follow one motion, so let the regions not overlap"
             )
+
+
+def _caught(region: Region, mesh: SurfaceMesh, size: float, key: str) -> bool:
+    """Whether a region holds a cell; SceneError that names its key for a group that is not there."""
+    try:
+        return bool(cells_in(region, mesh, size).any())
+    except SceneError as error:
+        raise SceneError(f"{key}: {error}") from None
 
 
 def _check_modes(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
@@ -412,6 +438,18 @@ def _check_springs(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
                     f"springs[{number}].points[{end}] is {show(away, 'm')} from the nearest node of '{name}', beyond {within}, "
                     f"{show(allowed, 'm')}: an end must lie on its body"
                 )
+
+
+def _check_gases(scene: Scene, made: Made) -> None:
+    """Gas is in a closed shell and has room there."""
+    for number, gas in enumerate(scene.gases):
+        mesh = made.meshes[gas.body]
+        if (mesh.edges.sides[:, 1] < 0).any():
+            raise SceneError(f"gases[{number}]: shell '{gas.body}' is open, and gas that flows out is not possible yet; close it")
+        water = sum(made.fillings[f.name].volume for f in scene.fluids if getattr(f.fill, "shell", None) == gas.body)
+        if mesh.volume < 0 or water > 0.99 * mesh.volume:
+            why = "its normals point inward" if mesh.volume < 0 else "it is full of water"
+            raise SceneError(f"gases[{number}]: there is no room for gas in shell '{gas.body}': {why}")
 
 
 def _check_cuts(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:

@@ -21,7 +21,7 @@ _WHERE = {
     ),
     "materials": ("Delay", "JohnsonCook", "LemaitreChaboche", "Material", "Mazars", "Perfect", "Power", "Table"),
     "numerics": ("Numerics",),
-    "regions": ("Ball", "Box", "Outside"),
+    "regions": ("Ball", "Box", "Group", "Outside"),
     "schema": ("Scene",),
     "script": ("derive", "dump", "load", "load_scene", "parameters_of"),
     "study": ("Convergence", "Study"),
@@ -31,9 +31,11 @@ _WHERE = {
     "units": ("Angle", "Density", "Dimensionless", "Force", "Length", "Pressure", "Speed", "Spin", "Time", "to_si"),
     "..bodies.fluid.said": ("Acoustic", "Fluid", "FluidBox", "Hole", "ShellFill", "Tait", "Wall", "Water"),
     "..bodies.rigid.said": ("Driven", "Pinball", "Rigid"),
-    "..bodies.shell.said": ("Collocation", "Cut", "FiniteElements", "Galerkin", "Patch", "Shell", "Viscosity"),
+    "..bodies.shell.said": ("Collocation", "Cut", "FiniteElements", "Galerkin", "Patch", "Section", "Shell", "Viscosity"),
     "..couplings.contact.said": ("Meeting", "PinballContact"),
+    "..couplings.gas.said": ("Gas",),
     "..couplings.springs.said": ("Spring",),
+    "..couplings.welds.said": ("Weld",),
 }  # fmt: skip
 _HOME = {name: module for module, names in _WHERE.items() for name in names}
 __all__ = sorted(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]

@@ -149,6 +149,13 @@ class Material(Frozen):
     delay: Delay | None = None
     critical_damage: Annotated[Dimensionless, Field(gt=0, le=1)] | None = None  # D_c: rupture
 
+    @property
+    def laws(self) -> tuple:
+        """What is compiled for it: strength (none; by a table, with rates, layers), damage, delay, rupture. Numbers do not count."""
+        strength = self.strength
+        hardens = None if strength is None else (strength.kind == "table", strength.kind == "johnson_cook", strength.layers)
+        return hardens, self.damage is not None, self.delay is not None, self.critical_damage is not None
+
     @model_validator(mode="after")
     def _believable(self) -> Material:
         if self.damage is None and (self.delay is not None or self.critical_damage is not None):

@@ -78,6 +78,10 @@ def scene(s: Scene) -> None:
     for shell in s.shells:
         if shell.thickness < LEAST:
             raise ValueError(f"{s.key_of(shell)}.thickness {shell.thickness:.4g} m is below {show(LEAST, 'm')}, a few atoms")
+        for k, section in enumerate(shell.sections):
+            if section.thickness is not None and section.thickness < LEAST:
+                key = f"{s.key_of(shell)}.sections[{k}].thickness"
+                raise ValueError(f"{key} {section.thickness:.4g} m is below {show(LEAST, 'm')}, a few atoms")
     _schedule(s)
     if s.walls and not s.fluids:
         raise ValueError("walls hold fluids, and the scene has none: leave them out or add a fluid")

@@ -23,7 +23,9 @@ from ..bodies.fluid.said import Fluid, Wall
 from ..bodies.rigid.said import Rigid
 from ..bodies.shell.said import PARTICLES, Shell
 from ..couplings.contact.said import Meeting, Met, meeting, met
+from ..couplings.gas.said import Gas
 from ..couplings.springs.said import Spring
+from ..couplings.welds.said import Weld
 from ..errors import nearest
 from . import plausible
 from .base import Body, Frozen, Name
@@ -35,7 +37,7 @@ from .loads import InitialVelocity, NodalForce, NodalMoment, PrescribedVelocity,
 from .numerics import Numerics
 from .units import Acceleration, Time
 
-LOADS = ("forces", "moments", "pressures", "motions", "initial")
+LOADS = ("forces", "moments", "pressures", "gases", "motions", "initial")
 OWN = ("spacing", "cells", "irregularity", "seed", "formulation", "raised_inertia")  # of the numerics, that a body may say for itself
 
 
@@ -76,10 +78,12 @@ class Scene(Frozen):
     walls: Annotated[tuple[Wall, ...], Field(max_length=200)] = ()  # of the fluids
     meetings: Annotated[tuple[Meeting, ...], Field(max_length=2000)] = ()  # who meets whom, where that is not all
     springs: Annotated[tuple[Spring, ...], Field(max_length=2000)] = ()
+    welds: Annotated[tuple[Weld, ...], Field(max_length=2000)] = ()
     interactions: tuple[Annotated[SerializeAsAny[Frozen], _of(coupling_folder.kinds, "interactions")], ...] = ()
     forces: tuple[NodalForce, ...] = ()
     moments: tuple[NodalMoment, ...] = ()
     pressures: tuple[SurfacePressure, ...] = ()
+    gases: tuple[Gas, ...] = ()
     gravity: tuple[Acceleration, Acceleration, Acceleration] | None = None
     motions: tuple[PrescribedVelocity, ...] = ()
     initial: tuple[InitialVelocity, ...] = ()
@@ -132,8 +136,8 @@ class Scene(Frozen):
 
     @property
     def couplings(self) -> tuple[Any, ...]:
-        """What was said of pairs of bodies: meetings, springs, then the other interactions."""
-        return (*self.meetings, *self.springs, *self.interactions)
+        """What was said of pairs of bodies, and of gases in them: meetings, springs, welds, gases, then the other interactions."""
+        return (*self.meetings, *self.springs, *self.welds, *self.gases, *self.interactions)
 
     def body(self, name: str) -> Any:
         """The body of that name, or the one whose part has it."""
@@ -151,11 +155,11 @@ class Scene(Frozen):
         return getattr(self, key)[:number]
 
     def _place(self, said: Any) -> tuple[str, int]:
-        keys = ("shells", "fluids", "rigids", "others", "meetings", "springs", "interactions")
+        keys = ("shells", "fluids", "rigids", "others", "meetings", "springs", "welds", "gases", "interactions")
         return next((key, n) for key in keys for n, entry in enumerate(getattr(self, key)) if entry is said)
 
     def loads_of(self, key: str, body: str) -> tuple[Any, ...]:
-        """The entries of `forces`, `moments`, `pressures`, `motions` or `initial` that name that body, in their order."""
+        """The entries of `forces`, `moments`, `pressures`, `gases`, `motions` or `initial` that name that body, in their order."""
         return tuple(load for load in getattr(self, key) if load.body == body)
 
     def numerics_of(self, body: Any) -> Numerics:

@@ -265,15 +265,17 @@ def _index(data: Any, part: str, path: str) -> Any:
 
 def _anchored(scene: Scene, folder: Path) -> Scene:
     """Mesh paths are meant from the folder of the script."""
-    if all(not isinstance(s.surface, MeshFile) or s.surface.path.is_absolute() for s in scene.shells):
+
+    def placed(body: Any) -> Any:
+        if not isinstance(body.surface, MeshFile):
+            return body
+        return body.model_copy(update={"surface": body.surface.model_copy(update={"path": folder / body.surface.path})})
+
+    surfaces = [*(shell.surface for shell in scene.shells), *(rigid.surface for rigid in scene.rigids)]
+    files = [surface for surface in surfaces if isinstance(surface, MeshFile)]
+    if all(file.path.is_absolute() for file in files):
         return scene
-    shells = []
-    for shell in scene.shells:
-        if isinstance(shell.surface, MeshFile):
-            surface = shell.surface.model_copy(update={"path": folder / shell.surface.path})
-            shell = shell.model_copy(update={"surface": surface})
-        shells.append(shell)
-    return scene.model_copy(update={"shells": tuple(shells)})
+    return scene.model_copy(update={key: tuple(placed(body) for body in getattr(scene, key)) for key in ("shells", "rigids")})
 
 
 def _in_script(error: ValidationError, path: Path) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 from ... import runtime
 from ...errors import RunStopped, SceneError
 from ...frame import NO_CELLS, BodyFrame
+from ...geometry.surfaces import mesh_of
 from ...numerics.reduce import fastest
 from ...pool import Pool
 from ...scene.schema import Scene
@@ -65,6 +66,7 @@ class FluidGroup(Rest):
         """name: of the pools."""
         self.scene, self.name = scene, name
         meshes = {shell.name: shell.mesh for group in others if group.kind == "shell" for shell in group.shells}
+        meshes |= {body.name: mesh_of(body, scene) for body in scene.rigids if body.surface is not None}
         fillings = [fill_fluid(fluid, scene, meshes) for fluid in fluids]
         _one_pool(scene, fluids, fillings)
         walls = [wall for wall in scene.walls if wall.holds(fluids[0].name)]

@@ -57,8 +57,9 @@ class FluidBox(Frozen):
 
 
 class ShellFill(Frozen):
-    """The inside of the closed shell of that name along `axis`: from `above` (None: its bottom) up to `level` (None: its top). Two fluids
-    in one shell lie one above the other: `above` of the upper one is the level of the lower one."""
+    """The inside of the closed shell, or rigid body met on its inside, of that name along `axis`: from `above` (None: its bottom) up to
+    `level` (None: its top). Plane openings count as closed. Two fluids in one shell lie one above the other: `above` of the upper one is
+    the level of the lower one."""
 
     kind: Literal["shell"] = "shell"
     shell: str
@@ -76,10 +77,10 @@ class ShellFill(Frozen):
 class Fluid(Body):
     """A body of fluid particles. `spacing` None: that of the numerics. `support` h / D (T 1.27), `alpha` and `beta` the
     artificial viscosity (T 1.24), `delta` the diffusion of density (docs/method.md). `hydrostatic`: at rest under the
-    gravity of the scene from the start, the highest particle without pressure. `contact` with shells and rigid bodies: None by its
-    pressure, with pinballs behind it (couplings/wetted/wetted.py), or by pinballs alone (T 3.3), whose plastic blows take energy.
-    `every`: steps of the clock between two of the fluid. Other bodies feel its pressure as one blow for all of them (docs/method.md);
-    None: 1."""
+    gravity of the scene from the start, the highest particle without pressure; with `pressure` all of it has so much more. `contact` with
+    shells and rigid bodies: None by its pressure, with pinballs behind it (couplings/wetted/wetted.py), or by pinballs alone (T 3.3), whose
+    plastic blows take energy. `every`: steps of the clock between two of the fluid. Other bodies feel its pressure as one blow for all of
+    them (docs/method.md); None: 1."""
 
     what: ClassVar[str] = "fluid"
     bounces: ClassVar[bool] = False
@@ -89,6 +90,7 @@ class Fluid(Body):
     water: Water = Water()
     velocity: tuple[Speed, Speed, Speed] = (0.0, 0.0, 0.0)
     hydrostatic: bool = True
+    pressure: Annotated[Pressure, Field(ge=0)] | None = None
     contact: Literal["pinballs"] | None = None
     every: Annotated[StrictInt, Field(ge=1, le=20)] | None = None
     spacing: Annotated[Length, Field(gt=0)] | None = None
@@ -100,9 +102,13 @@ class Fluid(Body):
     def check(self, scene: Any) -> None:
         """Against the rest of the scene."""
         where = scene.key_of(self)
-        shells = [shell.name for shell in scene.shells]
+        shells = [shell.name for shell in scene.shells] + [rigid.name for rigid in scene.rigids if rigid.side == "inside"]
         inside = getattr(self.fill, "shell", None)
         if inside is not None and inside not in shells:
+            if inside in [rigid.name for rigid in scene.rigids]:
+                raise ValueError(
+                    f"{where}.fill.shell: rigid body '{inside}' is not met on its inside; give it a surface and side = 'inside'"
+                )
             raise ValueError(f"{where}.fill.shell: there is no shell '{inside}'{nearest(inside, shells)}")
         if self.every not in (None, 1) and not any(body.what not in ("fluid", "rigid body") for body in scene.bodies):
             raise ValueError(f"{where}.every = {self.every}: steps of a shell, and the scene has none; leave it out")

@@ -71,14 +71,14 @@ class ShellGroup(Rest):
         self.reducer = Reducer(max(self.nodes.n, self.points.n), f"reduce{suffix}")
         self.internal = self.form(model)
         areas = self.areas_of_nodes()
-        mass, inertia = masses(self.shells, areas)
+        mass, inertia = masses(self.shells, lambda of_cells: areas if of_cells is None else self.areas_of_nodes(of_cells))
         runtime.put(self.nodes.mass, mass)
         if inertia is not None:
             runtime.put(self.nodes.inertia, inertia)
         dim = self.nodes.dim
         self.loads = Loads(
             self.nodes,
-            list(node_forces(scene, self.shells, areas, dim)),
+            list(node_forces(scene, self.shells, areas, mass, dim)),
             list(node_motions(scene, self.shells, dim)),
             list(node_moments(scene, self.shells, areas)),
             f"loads{suffix}",
@@ -86,8 +86,8 @@ class ShellGroup(Rest):
         )
         self.slow = SlowNodes(self.nodes, self.loads, self.every, f"slow{suffix}") if self.every > 1 else None
         self.pressures = self._pressures()
-        materials = [body.said.material for body in self.shells]
-        self.sound = np.array([float(np.sqrt(m.young / m.density / (1 - m.poisson**2))) for m in materials])
+        materials = [[sheet.material for sheet in body.made.sheets] for body in self.shells]
+        self.sound = np.array([max(float(np.sqrt(m.young / m.density / (1 - m.poisson**2))) for m in of) for of in materials])
         self.stable: StableStep
 
     def start(self) -> None:
@@ -112,9 +112,10 @@ class ShellGroup(Rest):
         """The pressures on the group."""
         raise NotImplementedError
 
-    def areas_of_nodes(self) -> np.ndarray:
-        """(N,) area that each node owns [m2]: its mass, and its share in a NodalForce."""
-        return quarters(self.shells)
+    def areas_of_nodes(self, of_cells: np.ndarray | None = None) -> np.ndarray:
+        """(N,) area that each node owns [m2]: its mass, and its share in a NodalForce. of_cells (M,): what a cell has per area instead
+        of 1."""
+        return quarters(self.shells, of_cells)
 
     def stiffness(self) -> Stiffness | None:
         """The tangent of the form about any place; None where there is none."""
@@ -267,7 +268,8 @@ class ShellGroup(Rest):
     def negligible(self, dt: float) -> float:
         """1/2 E strain^2 over all shells, twice."""
         rounding = 1e-6 if self.scene.numerics.precision == "f32" else 1e-12
-        return sum(rounding**2 * body.said.material.young * body.said.thickness * float(body.mesh.areas.sum()) for body in self.shells)
+        stiff = (max(sheet.material.young * sheet.thickness for sheet in body.made.sheets) for body in self.shells)
+        return sum(rounding**2 * each * float(body.mesh.areas.sum()) for each, body in zip(stiff, self.shells))
 
     def frames(self) -> list[BodyFrame]:
         """The shells now: see BodyFrame for names and units."""
@@ -286,7 +288,9 @@ class ShellGroup(Rest):
             if body.split is not None and body.name == body.of:
                 own["hidden"] = (own["weight"] < 1.0).astype(np.uint8)
             if self.material.yields:
-                own["thickness"] = thicknesses(own["strain"], body.said.thickness)
+                own["thickness"] = thicknesses(own["strain"], body.made.thickness)
+            if not body.made.even:
+                own["areal_mass"] = body.made.areal
             of_nodes = {"reference": body.mesh.points} | {name: values[body.nodes.rows] for name, values in nodes.items()}
             found.append(BodyFrame(body.name, points[body.nodes.rows], body.mesh.cells, of_nodes, own))
         return found

@@ -23,7 +23,7 @@ class ShellSurface(Surface):
         sides = np.asarray(group.mesh.edges.sides)
         border[np.unique(group.mesh.edges.nodes[(sides < 0).any(axis=1)])] = 1
         body = np.repeat(np.arange(len(self.bodies)), [span.n for span in self.bodies])
-        half = np.concatenate([np.full(shell.nodes.n, 0.5 * shell.said.thickness) for shell in group.shells])
+        half = np.concatenate([0.5 * shell.thickness for shell in group.shells])
         self.discs = Discs(body, half, 0.5 * group.mesh.node_spacing, border, group.mesh.points)
         self.faces = Faces(np.asarray(group.mesh.cells))
 

@@ -104,15 +104,31 @@ class Patch(Frozen):
     formulation: Galerkin = Galerkin()
 
 
+class Section(Frozen):
+    """What differs from the rest of a shell in a region, or in a group of its mesh: thickness, material, or both. Of a material the
+    numbers may differ, not which laws it has."""
+
+    where: Region
+    thickness: Annotated[Length, Field(gt=0)] | None = None
+    material: Material | None = None
+
+    @model_validator(mode="after")
+    def _differs(self) -> Section:
+        if self.thickness is None and self.material is None:
+            raise ValueError("thickness and material are missing: give what differs there")
+        return self
+
+
 class Shell(Body):
-    """A thin body: mid-surface, thickness, material, cuts present at t = 0.
+    """A thin body: mid-surface, thickness, material, cuts present at t = 0. `sections`: where thickness or material are others; the last
+    one that holds the middle of a cell counts.
 
     `motion` = "in_plane": the mid-surface stays in its plane (plane stress, two degrees of freedom);
     "free": it bends and turns as it likes (Mindlin-Reissner, five degrees of freedom). `spacing` to `raised_inertia`: as in the numerics of
     the scene, for this shell alone; None: what stands there. `every`: steps of the clock between two of the shell's own; None: 1.
     """
 
-    bears: ClassVar[frozenset[str]] = frozenset({"forces", "moments", "pressures", "motions", "initial", "probes"})
+    bears: ClassVar[frozenset[str]] = frozenset({"forces", "moments", "pressures", "gases", "motions", "initial", "probes"})
     what: ClassVar[str] = "shell"
     holds_springs: ClassVar[bool] = True
     has_nodes: ClassVar[bool] = True
@@ -120,6 +136,7 @@ class Shell(Body):
     surface: Surface
     thickness: Annotated[Length, Field(gt=0)]
     material: Material
+    sections: Annotated[tuple[Section, ...], Field(max_length=1000)] = ()
     motion: Literal["in_plane", "free"] = "in_plane"
     cuts: Annotated[tuple[Cut, ...], Field(max_length=2000)] = ()
     self_contact: StrictBool | None = None  # True: its parts meet each other too (T 3.3), which costs a search over all nodes
@@ -145,15 +162,27 @@ class Shell(Body):
             )
         if self.motion == "in_plane" and self.material.strength is not None and self.material.strength.layers is not None:
             raise ValueError(f"material.strength.layers: shell '{self.name}' has motion = 'in_plane' and is not bent; leave them out")
+        for number, section in enumerate(self.sections):
+            if section.material is not None and section.material.laws != self.material.laws:
+                raise ValueError(
+                    f"sections[{number}].material has other laws than the shell's own (strength, layers, damage, delay, rupture), which is "
+                    "not possible yet within one shell; let the numbers alone differ: a yield stress that is not reached, or the like"
+                )
+        thickest = max([self.thickness, *(s.thickness for s in self.sections if s.thickness is not None)])
         if isinstance(self.surface, Plate):
-            _fits_a_plate(self, self.surface)
-        elif not isinstance(self.surface, Given) and self.thickness > self.surface.thickest:
+            _fits_a_plate(self, self.surface, thickest)
+        elif not isinstance(self.surface, Given) and thickest > self.surface.thickest:
             what = "half the smallest width" if self.surface.kind == "box" else "the radius"
             raise ValueError(
-                f"thickness {show(self.thickness, 'm')} of shell '{self.name}' is larger than {what} of its "
+                f"thickness {show(thickest, 'm')} of shell '{self.name}' is larger than {what} of its "
                 f"{self.surface.kind} ({show(self.surface.thickest, 'm')})"
             )
         return self
+
+    @property
+    def varied(self) -> bool:
+        """Whether its cells may differ in thickness or material."""
+        return bool(self.sections or getattr(self.surface, "thicknesses", False))
 
     @property
     def meets(self) -> bool:
@@ -171,6 +200,12 @@ class Shell(Body):
             self._of_elements(f"{own}formulation", where)
         if self.patch is not None:
             self._patched(scene, where, form)
+            if self.varied:
+                raise ValueError(f"{where}.sections: not possible yet beside a patch; leave out sections or patch")
+        if form.kind == "collocation" and self.varied:
+            raise ValueError(f"{where}.sections: not possible yet with {own}formulation '{form.kind}'; use 'galerkin' or 'elements'")
+        if scene.limit is not None and self.varied:
+            raise ValueError(f"{where}.sections: limit is sought of one thickness and one material; leave out limit or sections")
         if form.kind == "collocation" and any(pressure.body == self.name for pressure in scene.pressures):
             raise ValueError(f"pressures: {own}formulation '{form.kind}' has no surface pressure; use 'galerkin', or forces")
         if getattr(form, "selective_shear", False) and (self.material.damage or self.material.strength):
@@ -248,12 +283,12 @@ class Shell(Body):
                     _stays_in_plane(f"{key}[{number}]", key, load)
 
 
-def _fits_a_plate(shell: Shell, surface: Plate) -> None:
+def _fits_a_plate(shell: Shell, surface: Plate, thickest: float) -> None:
     """Thickness and cuts against the size of a plate."""
     size = max(surface.length, surface.width)
-    if shell.thickness > size:
+    if thickest > size:
         raise ValueError(
-            f"thickness {show(shell.thickness, 'm')} of shell '{shell.name}' is larger than the plate itself "
+            f"thickness {show(thickest, 'm')} of shell '{shell.name}' is larger than the plate itself "
             f"({show(surface.length, 'm')} x {show(surface.width, 'm')})"
         )
     low = surface.origin if not surface.turned else (0.0, 0.0, 0.0)

@@ -21,7 +21,7 @@ from ...geometry.mesh import SurfaceMesh, tangent_frames
 from ...numerics.reduce import Reducer
 from ...pool import Pool
 from ...runtime import ti
-from ..shell.build import Model, bounded_shear, by_cell, by_node, cell_spacing, centred, longest_diagonal
+from ..shell.build import Model, bounded_shear, by_cell, by_node, cell_spacing, centred, longest_diagonal, spread_over_cells
 from ..shell.stress import of_sound_cells, resultants
 from .links import Links, Rows, Sources
 from .selective import SelectiveShear, node_shears, shear_at, shear_dead, take_shear
@@ -74,7 +74,7 @@ class Collocation(Pool):
             runtime.put(self.t1, np.ascontiguousarray(frames[:, 0]))
             runtime.put(self.t2, np.ascontiguousarray(frames[:, 1]))
             constants = list(zip(*(material.numbers(key) for key in ("thickness", "young", "poisson"))))
-            runtime.put(cells.shear, bounded_shear(bodies, by_cell, constants, cell_spacing(mesh)))
+            runtime.put(cells.shear, bounded_shear(bodies, spread_over_cells, constants, cell_spacing(mesh)))
         self.selects = self.bends and forms[0].selective_shear
         if self.selects:
             self.shear = SelectiveShear(model, at_nodes, self.divergence.own, f"selective{suffix}")

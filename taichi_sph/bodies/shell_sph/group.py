@@ -81,13 +81,14 @@ class ParticleShells(ShellGroup):
         assert isinstance(self.internal, Galerkin)  # no other form bears a pressure
         return SidePressures(pressed, self.internal, self.cells, f"pressure{self.suffix}")
 
-    def areas_of_nodes(self) -> np.ndarray:
+    def areas_of_nodes(self, of_cells: np.ndarray | None = None) -> np.ndarray:
         """Where the shell bends, what pressures come with. In its plane nothing pushes by cells, and the border of a patch is no rim:
         quarters do."""
+        own = super().areas_of_nodes(of_cells)
         if not (isinstance(self.internal, Galerkin) and self.nodes.bends) or self.shells[0].split is not None:
-            return super().areas_of_nodes()
-        found = self.internal.areas(self.mesh)
-        return np.concatenate([kept_positive(found[body.nodes.rows], body.mesh.node_areas) for body in self.shells])
+            return own
+        found = self.internal.areas(self.mesh, of_cells)
+        return np.concatenate([kept_positive(found[body.nodes.rows], own[body.nodes.rows]) for body in self.shells])
 
     def stiffness(self) -> Tangent | None:
         able = isinstance(self.internal, Galerkin) and runtime.current().real == runtime.ti.f64

@@ -87,7 +87,7 @@ def met(scene: Any, one: str, other: str) -> Met:
     said = next((m for m in scene.meetings if set(m.between) == {one, other}), None)
     if one == other:
         return Met(bool(getattr(scene.body(one), "self_contact", False)), None, None, 0.0 if said is None else said.friction)
-    possible = scene.body(one).meets and scene.body(other).meets
+    possible = scene.body(one).meets and scene.body(other).meets and not any({*weld.between} == {one, other} for weld in scene.welds)
     if said is None:
         return Met(possible, None, None)
     return Met(said.meet and possible, said.restitution, said.meet, said.friction)
@@ -97,7 +97,7 @@ def meeting(scene: Any) -> Callable[[str, str], bool]:
     """Whether two bodies of a scene may meet, by name: `met` for scenes of thousands of them."""
     itself = {body.name: bool(getattr(body, "self_contact", False)) for body in scene.bodies}
     able = {body.name for body in scene.bodies if body.meets}
-    apart = {frozenset(m.between) for m in scene.meetings if not m.meet}
+    apart = {frozenset(m.between) for m in scene.meetings if not m.meet} | {frozenset(weld.between) for weld in scene.welds}
 
     def meets(one: str, other: str) -> bool:
         if one == other:

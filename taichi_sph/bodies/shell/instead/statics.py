@@ -111,7 +111,9 @@ class Relaxation(Pool):
             shear = runtime.get(group.points.shear, group.points.n)
             constants = zip(*(group.material.numbers(key) for key in ("young", "thickness", "poisson")))
             stiff = [young * e / (1.0 - nu**2) for young, e, nu in constants]
-            ratios = [min(1.0, shear[body.points.rows].mean() / K) for body, K in zip(group.shells, stiff)]
+            firsts = [body.first_sheet for body in group.shells]
+            stiffest = [max(stiff[k : k + len(body.made.sheets)]) for k, body in zip(firsts, group.shells)]
+            ratios = [min(1.0, shear[body.points.rows].mean() / K) for body, K in zip(group.shells, stiffest)]
             runtime.put(self.ratio, by_node(group.shells, ratios))
         else:
             runtime.put(self.ratio, np.ones(nodes.n))
