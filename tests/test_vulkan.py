@@ -75,9 +75,10 @@ def test_no_atomic_within_a_loop_of_the_device():
     """A loop within a kernel that holds an atomic ends after two rounds on Mesa's software device."""
     for path in sorted(PACKAGE.rglob("*.py")):
         for function in _functions_of(path):
-            if any(ast.unparse(d) in ("ti.kernel", "ti.func") for d in function.decorator_list):
+            named = {ast.unparse(d) for d in function.decorator_list}
+            if named & {"ti.kernel", "ti.func"}:
                 found: list[int] = []
-                _loops(function.body, 0, found)
+                _loops(function.body, 1 if "ti.func" in named else 0, found)  # a function stands in the loop of a kernel
                 assert not found, f"{path.name}:{found}"
 
 
