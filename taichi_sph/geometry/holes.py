@@ -50,7 +50,7 @@ class _Patch:
 
     def near(self, nodes: np.ndarray) -> np.ndarray:
         """(M,) bool: the cells with one of the nodes (N,) bool."""
-        return np.where(self.cells < 0, False, nodes[self.cells]).any(axis=1)
+        return np.any((self.cells >= 0) & nodes[self.cells], axis=1)
 
     def whole(self) -> Cut:
         used = np.isfinite(self.points[:, 0])
