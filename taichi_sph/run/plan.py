@@ -123,7 +123,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
         bodies = tuple(_counted_shell(shell, counts[shell.name], scene) for shell in scene.shells)
         bodies += tuple(_rigid(body) for body in scene.rigids)
         bodies += tuple(_counted_fluid(fluid, counts[fluid.name], scene) for fluid in scene.fluids)
-        return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second)
+        return _estimated(scene, (*bodies, *map(_other, (*scene.solids, *scene.others))), node_steps_per_second)
     made = make(scene, memory_there)
     _check_regions(scene, made.meshes)
     _check_cuts(scene, made.meshes)
@@ -133,7 +133,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     bodies = tuple(_body(shell, made.meshes[shell.name], scene) for shell in scene.shells)
     bodies += tuple(_rigid(body) for body in scene.rigids)
     bodies += tuple(_fluid(fluid, made.fillings[fluid.name], scene) for fluid in scene.fluids)
-    return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second, made)
+    return _estimated(scene, (*bodies, *map(_other, (*scene.solids, *scene.others))), node_steps_per_second, made)
 
 
 def _estimated(scene: Scene, bodies: tuple[BodyPlan, ...], node_steps_per_second: float, made: Made | None = None) -> Plan:

@@ -22,6 +22,7 @@ from .. import couplings as coupling_folder
 from ..bodies.fluid.said import Fluid, Wall
 from ..bodies.rigid.said import Rigid
 from ..bodies.shell.said import Shell
+from ..bodies.solid.said import Solid
 from ..couplings.contact.said import Meeting, Met, meeting, met
 from ..couplings.springs.said import Spring
 from ..errors import nearest
@@ -72,6 +73,7 @@ class Scene(Frozen):
     shells: tuple[Shell, ...] = ()
     rigids: tuple[Rigid, ...] = ()
     fluids: tuple[Fluid, ...] = ()
+    solids: tuple[Solid, ...] = ()
     others: tuple[Annotated[SerializeAsAny[Body], _of(body_folder.kinds, "others")], ...] = ()
     walls: tuple[Wall, ...] = ()  # of the fluids
     meetings: tuple[Meeting, ...] = ()  # who meets whom, where that is not all
@@ -127,8 +129,8 @@ class Scene(Frozen):
 
     @property
     def bodies(self) -> tuple[Any, ...]:
-        """All bodies: shells, fluids, rigid bodies, then the others."""
-        return (*self.shells, *self.fluids, *self.rigids, *self.others)
+        """All bodies: shells, fluids, rigid bodies, solids, then the others."""
+        return (*self.shells, *self.fluids, *self.rigids, *self.solids, *self.others)
 
     @property
     def couplings(self) -> tuple[Any, ...]:
@@ -150,7 +152,7 @@ class Scene(Frozen):
         return getattr(self, key)[:number]
 
     def _place(self, said: Any) -> tuple[str, int]:
-        keys = ("shells", "fluids", "rigids", "others", "meetings", "springs", "interactions")
+        keys = ("shells", "fluids", "rigids", "solids", "others", "meetings", "springs", "interactions")
         return next((key, n) for key in keys for n, entry in enumerate(getattr(self, key)) if entry is said)
 
     def loads_of(self, key: str, body: str) -> tuple[Any, ...]:

@@ -217,6 +217,8 @@ class MaterialPool(Pool):
     a scene does not ask for is not compiled. All bodies of a pool have the same laws (build.laws).
     """
 
+    constants = CONSTANTS
+
     def __init__(self, sections: Sequence[Section], bends: bool, name: str = "material"):
         super().__init__(name)
         self.sections, self.bends = sections, bends
@@ -228,7 +230,7 @@ class MaterialPool(Pool):
         self.breaks = one.critical_damage is not None
         rows = [self._constants(section) for section in sections]
         for key in rows[0]:
-            unit, doc = CONSTANTS[key]
+            unit, doc = self.constants[key]
             field = self.field(key, len(rows), unit=unit, doc=doc)
             for b, row in enumerate(rows):
                 field[b] = row[key]
