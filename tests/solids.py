@@ -18,7 +18,13 @@ def solid_scene(shape: Any, material: Any = None, spacing: float = 0.1, duration
     body = Solid(name="body", shape=shape, material=Material(**{**STEEL, **(material or {})}), **more.pop("solid", {}))
     numerics = more.pop("numerics", {})
     return Scene(
-        name="solid", title="Solid", source="tests", duration=duration, solids=[body], numerics=Numerics(spacing=spacing, **numerics), **more
+        name="solid",
+        title="Solid",
+        source="tests",
+        duration=duration,
+        solids=[body],
+        numerics=Numerics(spacing=spacing, **numerics),
+        **more,
     )
 
 

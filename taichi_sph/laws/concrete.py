@@ -7,7 +7,8 @@
 is the strain in uniaxial tension and 1/k of it in uniaxial compression, so damage starts at both strengths; under pressure alone it is
 0. "principal", P's form, eps^2 = sum <eps_i>^2 + share sum <-eps_i>^2, has no `share` that meets both strengths of the paper's concrete.
 
-**Shares.** Of a cell the share 1 - D is whole and D is rubble. The whole bears s_i up to the cap Y(p), the rubble s_f up to what rubs, F(p):
+**Shares.** Of a cell the share 1 - D is whole and D is rubble. The whole bears s_i up to the cap Y(p), the rubble s_f up to what rubs,
+F(p):
 
     Y = fc min(0.79 + 1.6 (p/fc)^0.61, 7),    F = fc min(1.6 (p/fc)^0.61, 7) under pressure, 0 in tension
     s = (1 - D) s_i + D s_f,    pressure p in compression, (1 - D) p in tension

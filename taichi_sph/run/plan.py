@@ -19,11 +19,15 @@ from ..geometry.cuts import cells_cut
 from ..geometry.mesh import SurfaceMesh
 from ..geometry.normals import report
 from ..geometry.regions import extent, inside
+from ..geometry.solids import SolidMesh
+from ..geometry.solids import count as nodes_of_solid
+from ..geometry.solids import mesh_of as solid_mesh_of
 from ..geometry.surfaces import mesh_of
 from ..output import files
-from ..scene import Body, Numerics, Scene, Shell
+from ..scene import Body, Numerics, Scene, Shell, Solid
 from ..scene.instead import LARGEST
 from ..scene.plausible import MAX_STEPS
+from ..scene.solids import Made as Generated
 from ..scene.surfaces import BoxTank, Given, Plate, Roof
 from ..scene.units import show
 from .counts import check_counts
@@ -41,6 +45,8 @@ BYTES_PER_NODE = {
 }
 BENDING_BYTES_PER_NODE = 700
 FLUID_BYTES_PER_PARTICLE = 1100
+SOLID_BYTES_PER_NODE = {"trilinear": 1250, "particles": 4200}  # of a metal; elastic ones 400 less
+SOLID_STEP = {"trilinear": 0.98, "particles": 1.05}  # over h / c of pressure waves, cubes
 SINGLE = 0.75  # of it in f32: positions stay in f64, neighbour lists are integers
 FRAME_BYTES_PER_NODE = 45  # positions in f64, everything else in f32
 CHECKPOINT_BYTES_PER_NODE = 300
@@ -86,6 +92,7 @@ class Made:
 
     meshes: dict[str, SurfaceMesh]
     fillings: dict[str, Filling]
+    solids: dict[str, SolidMesh] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -111,7 +118,8 @@ def make(scene: Scene, memory_there: int | None = None) -> Made:
     """The meshes of the shells and the fillings of the fluids; SceneError where those would not fit into `memory_there` bytes."""
     meshes = {shell.name: mesh_of(shell, scene) for shell in scene.shells}
     check_counts(scene, memory_there, meshes)
-    return Made(meshes, {f.name: fill_fluid(f, scene, meshes) for f in scene.fluids})
+    solids = {solid.name: solid_mesh_of(solid, scene) for solid in scene.solids}
+    return Made(meshes, {f.name: fill_fluid(f, scene, meshes) for f in scene.fluids}, solids)
 
 
 def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.inf) -> Plan:
@@ -119,21 +127,25 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     judges by their counts alone."""
     memory_there = files.memory()
     counts = check_counts(scene, memory_there)  # before anything is made
-    if sum(counts.values()) > large and not any(isinstance(shell.surface, Given) for shell in scene.shells):
+    given = [shell for shell in scene.shells if isinstance(shell.surface, Given)]
+    given += [solid for solid in scene.solids if not isinstance(solid.shape, Generated)]
+    if sum(counts.values()) > large and not given:
         bodies = tuple(_counted_shell(shell, counts[shell.name], scene) for shell in scene.shells)
         bodies += tuple(_rigid(body) for body in scene.rigids)
         bodies += tuple(_counted_fluid(fluid, counts[fluid.name], scene) for fluid in scene.fluids)
-        return _estimated(scene, (*bodies, *map(_other, (*scene.solids, *scene.others))), node_steps_per_second)
+        bodies += tuple(_counted_solid(solid, scene) for solid in scene.solids)
+        return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second)
     made = make(scene, memory_there)
-    _check_regions(scene, made.meshes)
+    _check_regions(scene, {**made.meshes, **made.solids})
     _check_cuts(scene, made.meshes)
     _check_modes(scene, made.meshes)
-    _check_springs(scene, made.meshes)
+    _check_springs(scene, {**made.meshes, **made.solids})
     check_overlaps(scene, made.meshes, made.fillings)
     bodies = tuple(_body(shell, made.meshes[shell.name], scene) for shell in scene.shells)
     bodies += tuple(_rigid(body) for body in scene.rigids)
     bodies += tuple(_fluid(fluid, made.fillings[fluid.name], scene) for fluid in scene.fluids)
-    return _estimated(scene, (*bodies, *map(_other, (*scene.solids, *scene.others))), node_steps_per_second, made)
+    bodies += tuple(_solid(solid, made.solids[solid.name], scene) for solid in scene.solids)
+    return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second, made)
 
 
 def _estimated(scene: Scene, bodies: tuple[BodyPlan, ...], node_steps_per_second: float, made: Made | None = None) -> Plan:
@@ -281,6 +293,42 @@ def _of_particles(fluid: Fluid, scene: Scene, n: int, mass: float, analytic: flo
     )
 
 
+def _solid(solid: Solid, mesh: SolidMesh, scene: Scene) -> BodyPlan:
+    """Its cells, and the step of pressure waves through the smallest of them."""
+    finest = float(np.cbrt(mesh.volumes * np.where(mesh.corners == 8, 1.0, 6.0)).min())
+    mass = float(mesh.volumes.sum()) * solid.material.density
+    note = "; ".join((f"{len(mesh.cells)} cells", *mesh.notes))
+    return _of_cells(solid, scene, (len(mesh.points), len(mesh.cells)), mass, finest, note)
+
+
+def _counted_solid(solid: Solid, scene: Scene) -> BodyPlan:
+    """By the count of its nodes."""
+    spacing = scene.numerics_of(solid).spacing
+    assert isinstance(solid.shape, Generated)
+    n = round(nodes_of_solid(solid.shape, spacing))
+    return _of_cells(solid, scene, (n, n), solid.shape.volume * solid.material.density, spacing, "counted")
+
+
+def _of_cells(solid: Solid, scene: Scene, size: tuple[int, int], mass: float, finest: float, note: str) -> BodyPlan:
+    """size: nodes and cells; mass [kg]; finest spacing [m]."""
+    m, kind = solid.material, solid.formulation.kind
+    pressed = (1 - m.poisson) / ((1 + m.poisson) * (1 - 2 * m.poisson))  # modulus of pressure waves over E
+    shape = solid.shape
+    return BodyPlan(
+        name=solid.name,
+        nodes=size[0],
+        stress_points=size[1],
+        mass=mass,
+        analytic_mass=shape.volume * m.density if isinstance(shape, Generated) else None,
+        thickness=0.0,
+        spacing_min=finest,
+        spacing_max=scene.numerics_of(solid).spacing,
+        dt=scene.numerics.time_step_safety * SOLID_STEP[kind] * finest * math.sqrt(m.density / (m.young * pressed)),
+        note=note,
+        memory=size[0] * SOLID_BYTES_PER_NODE[kind],
+    )
+
+
 def _other(body: Body) -> BodyPlan:
     """A body of a kind that is not known here: what it says of itself."""
     points, mass, dt = body.sizes()
@@ -313,7 +361,7 @@ def _by_newton(scene: Scene, nodes: int) -> bool:
     return scene.static.method is not None or (able and nodes <= LARGEST)
 
 
-def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
+def _check_regions(scene: Scene, meshes: dict[str, Any]) -> None:
     held: dict[str, list[tuple[int, np.ndarray]]] = {}
     sizes = {name: (extent(mesh.points), extent(mesh.centres)) for name, mesh in meshes.items()}
     for key in ("forces", "moments", "motions", "initial"):
@@ -377,7 +425,7 @@ def _check_modes(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
             )
 
 
-def _check_springs(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
+def _check_springs(scene: Scene, meshes: dict[str, Any]) -> None:
     """The ends of springs lie on their bodies."""
     for number, spring in enumerate(scene.springs):
         for end, (name, point) in enumerate(zip(spring.between, spring.points)):

@@ -77,7 +77,8 @@ class Table(_Strength):
 
 
 class Heat(Frozen):
-    """Johnson and Cook's softening by heat, 1 - T*^m with T* = (T - room) / (melting - room), of a solid that keeps the heat of its own plastic
+    """Johnson and Cook's softening by heat, 1 - T*^m with T* = (T - room) / (melting - room), of a solid that keeps the heat of its own
+    plastic
     work: dT = share x work / (density x capacity) (Johnson and Cook 1983)."""
 
     m: Annotated[Dimensionless, Field(gt=0, le=5)]
@@ -139,7 +140,8 @@ class LemaitreChaboche(Frozen):
 
 
 class Concrete(Frozen):
-    """Concrete of a solid: elastic up to its strengths in tension and compression, then damaged as Mazars' law has it, D = 1 - eps_D (1 - A)
+    """Concrete of a solid: elastic up to its strengths in tension and compression, then damaged as Mazars' law has it, D = 1 - eps_D (1 -
+    A)
     / eps - A exp(-B (eps - eps_D)) with eps_D = tension / E (laws/concrete.py).
 
     `strain`: what drives the damage, "de_vree" (modified von Mises strain, exact for both strengths, nothing under pressure) or
@@ -160,7 +162,8 @@ class Concrete(Frozen):
     def _stronger_in_compression(self) -> Concrete:
         if self.compression < self.tension:
             raise ValueError(
-                f"compression {show(self.compression, 'Pa')} is below tension {show(self.tension, 'Pa')}: concrete bears more in compression"
+                f"compression {show(self.compression, 'Pa')} is below tension {show(self.tension, 'Pa')}: concrete bears more in "
+                "compression"
             )
         return self
 

@@ -33,7 +33,11 @@ def laws(solid: Solid) -> tuple:
     """What is compiled for a solid. Solids of the same laws stand in one pool; numbers do not count, for they are fields."""
     material = solid.material
     strength, damage = material.strength, material.damage
-    hardens = None if strength is None else (strength.kind == "table", strength.kind == "johnson_cook", getattr(strength, "heat", None) is not None)
+    hardens = (
+        None
+        if strength is None
+        else (strength.kind == "table", strength.kind == "johnson_cook", getattr(strength, "heat", None) is not None)
+    )
     breaks = None if damage is None else (damage.kind, getattr(damage, "strain", None), getattr(damage, "rubble", None))
     return (hardens, breaks, material.delay is not None, material.critical_damage is not None, solid.viscous, solid.formulation.kind)
 
@@ -67,7 +71,8 @@ def _loaded(scene: Scene, bodies: Sequence[SolidBody], key: str) -> Iterator[tup
 
 
 def node_forces(scene: Scene, bodies: Sequence[SolidBody], mass: np.ndarray) -> Iterator[tuple]:
-    """For bodies.nodal.loads: (node numbers, (n, 3) forces, history) of every NodalForce, and gravity. A force is shared by the areas of the
+    """For bodies.nodal.loads: (node numbers, (n, 3) forces, history) of every NodalForce, and gravity. A force is shared by the areas of
+    the
     nodes on the surface; where it catches none of those, by their volumes."""
     for body, load, i in _loaded(scene, bodies, "forces"):
         own = body.mesh.node_areas[i]

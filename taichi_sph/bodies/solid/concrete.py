@@ -1,7 +1,8 @@
 """A stress point of concrete in space (rated.py; laws/concrete.py). The pressure follows ln J, the deviators of the whole and of the rubble
 are kept.
 
-A unit of volume stores (1 - D) s_i:s_i / 4G + D s_f:s_f / 4G + p^2 / 2K, the last times 1 - D in tension. What the trapezoidal work of a step
+A unit of volume stores (1 - D) s_i:s_i / 4G + D s_f:s_f / 4G + p^2 / 2K, the last times 1 - D in tension. What the trapezoidal work of a
+step
 is more than this grows, is taken: by damage, by the caps, by what rubs.
 """
 

@@ -33,7 +33,8 @@ def groups(scene: Scene, others: Sequence[Group], own: Sequence[Solid]) -> list[
 
 
 class SolidGroup(Rest):
-    """Solids of the same laws. solids: the bodies; mesh: theirs as one; nodes, cells, material: the pools; loads: what acts; sound (B,): the
+    """Solids of the same laws. solids: the bodies; mesh: theirs as one; nodes, cells, material: the pools; loads: what acts; sound (B,):
+    the
     speed of pressure waves in each body [m/s]."""
 
     kind = "solid"
@@ -126,8 +127,8 @@ class SolidGroup(Rest):
             if not (speeds[body.nodes.rows] <= sound).all():
                 i, moves = fastest(self.nodes.v, self.nodes.X, body.nodes.n, body.nodes.first)
                 raise RunStopped(
-                    f"solid '{body.name}': node {i} {moves} at t = {now.time:.6g} s, beyond the sound speed {sound:.4g} m/s; the time step is"
-                    " likely too long or the load too violent for this spacing: lower numerics.time_step_safety or the load"
+                    f"solid '{body.name}': node {i} {moves} at t = {now.time:.6g} s, beyond the sound speed {sound:.4g} m/s; the time step"
+                    " is likely too long or the load too violent for this spacing: lower numerics.time_step_safety or the load"
                 )
 
     def negligible(self, dt: float) -> float:
@@ -172,7 +173,9 @@ class SolidGroup(Rest):
     def probe(self, i: int) -> dict[str, float]:
         """Displacement [m] and velocity [m/s] of node i."""
         return {
-            f"{letter}_{axis}": float(field[i][c]) for letter, field in (("u", self.nodes.u), ("v", self.nodes.v)) for c, axis in enumerate("xyz")
+            f"{letter}_{axis}": float(field[i][c])
+            for letter, field in (("u", self.nodes.u), ("v", self.nodes.v))
+            for c, axis in enumerate("xyz")
         }
 
     track_units = UNITS

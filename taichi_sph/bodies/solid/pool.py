@@ -49,6 +49,7 @@ class SolidMaterial(MaterialPool):
         self.damps = any(viscous)
         self.rows = iter(range(len(materials)))
         super().__init__([Section(material, 0.0) for material in materials], False, name)
+
     def _constants(self, section: Section) -> dict[str, float]:
         m = section.material
         values = {} if self.brittle else super()._constants(section)
@@ -127,7 +128,9 @@ class SolidCells(Pool):
         n, field = self.n, self.field
         self.strain = field("strain", n, 6, doc="E, Green-Lagrange", keeps=True, shown="strain")
         self.back = field("back", n, 6, doc="U^-1, inverse stretch", keeps=True)
-        self.stress = field("stress", n, 6, unit="Pa", doc="effective Kirchhoff stress, turned back; of concrete the deviator of the whole", keeps=True)
+        self.stress = field(
+            "stress", n, 6, unit="Pa", doc="effective Kirchhoff stress, turned back; of concrete the deviator of the whole", keeps=True
+        )
         self.uneven = field("uneven", n, unit="m2", doc="sum of the squares of the residuals of the last step", keeps=True)
         self.softer = field("softer", n, doc="stiffness of the residual over that while sound", keeps=True)
         runtime.put(self.back, np.tile([1.0, 1.0, 1.0, 0.0, 0.0, 0.0], (n, 1)))

@@ -1,7 +1,8 @@
 """Solids as couplings see them: a node is a mover that does not turn, and a rounded disc just below the surface.
 
 The disc has half the spacing as radius and as half thickness, and lies half the spacing below its node, so that its outer side is the
-surface itself, and its rim, next to an edge, the other side of the edge. Between four discs the surface lies 5 % of the spacing too deep. Where
+surface itself, and its rim, next to an edge, the other side of the edge. Between four discs the surface lies 5 % of the spacing too deep.
+Where
 faces meet at an angle (an edge, a corner, the lip of a crater) the disc is a ball that touches all of them from inside. A node without live
 cells, a fragment, is a ball about itself. A face is on the surface while one of its two cells lives.
 """
@@ -84,7 +85,17 @@ class SolidSurface(Surface):
     def look(self, port: Any, places: bool) -> None:
         first = self.first
         _look(
-            port, self.skin, self.nodes, self.cells, self.n, len(self.bodies), first.body, first.disc, first.thin, int(places), int(port.thin)
+            port,
+            self.skin,
+            self.nodes,
+            self.cells,
+            self.n,
+            len(self.bodies),
+            first.body,
+            first.disc,
+            first.thin,
+            int(places),
+            int(port.thin),
         )
 
     def offer(self, port: Any, first: int, last: int, now: Now) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, StrictBool, model_validator
@@ -13,11 +12,10 @@ from ...scene.materials import Material
 from ...scene.solids import Made, Shape
 from ...scene.units import Dimensionless, Length, show
 
-STEP = {"trilinear": 0.85, "particles": 0.9}  # longest step over h sqrt(rho / E) at a common Poisson's ratio, an estimate
-
 
 class Trilinear(Frozen):
-    """Finite elements: the functions of a cell's own corners. `stabilisation`: gamma, which pulls corners back to the cell's own linear field;
+    """Finite elements: the functions of a cell's own corners. `stabilisation`: gamma, which pulls corners back to the cell's own linear
+    field;
     with 1/6 one cube bends as a beam does."""
 
     kind: Literal["trilinear"] = "trilinear"
@@ -46,7 +44,7 @@ class Solid(Body):
     material: Material
     formulation: Annotated[Trilinear | Particles, *Choice] = Trilinear()
     spacing: Annotated[Length, Field(gt=0)] | None = None
-    viscous: StrictBool = True  # bulk viscosity in compression, which takes the ringing behind a front
+    viscous: StrictBool = False  # bulk viscosity in compression, which takes the ringing behind a front
 
     @model_validator(mode="after")
     def _believable(self) -> Solid:
@@ -64,13 +62,6 @@ class Solid(Body):
                 "grows without a crack, or set formulation to 'trilinear'"
             )
         return self
-
-    def sizes(self) -> tuple[int, float, float]:
-        """Of a shape that is generated: nodes, mass [kg], longest step [s]."""
-        spacing = self.spacing or math.inf
-        step = STEP[self.formulation.kind] * spacing * math.sqrt(self.material.density / self.material.young)
-        volume = self.shape.volume if isinstance(self.shape, Made) else 0.0
-        return max(1, round(volume / spacing**3)), volume * self.material.density, step
 
     def check(self, scene: Any) -> None:
         """Against the rest of the scene."""
