@@ -132,8 +132,9 @@ def main(sizes: tuple[int, ...], arch: str, threads: int | None, precision: str,
     print(f"{about['processor']}, {about['cores']} cores, {arch}, threads {threads or 'all'}; memory (triad) {limit / 1e9:.1f} GB/s")
     print("\nkind       real     nodes  entries/cell  steps  M node-st/s   best  B/node-st   GB/s  of mem  B/node  build [s]")
     rows = []
-    cases = [(size, "elastic") for size in sizes or SIZES] + [(size, kind) for kind in ("metal", "particles") for size in sizes or
-    SIZES[:3]]
+    cases = [(size, "elastic") for size in sizes or SIZES] + [
+        (size, kind) for kind in ("metal", "particles") for size in sizes or SIZES[:3]
+    ]
     for size, kind in cases:
         r = measure(size, arch, threads, precision, kind)
         rows.append(r)
@@ -144,8 +145,14 @@ def main(sizes: tuple[int, ...], arch: str, threads: int | None, precision: str,
             f" {r['memory_per_node']:7.0f} {r['seconds_build']:10.1f}",
             flush=True,
         )
-    content: dict[str, Any] = {"machine": about, "versions": versions(), "arch": arch, "threads": threads, "bandwidth": limit, "sizes":
-    rows}
+    content: dict[str, Any] = {
+        "machine": about,
+        "versions": versions(),
+        "arch": arch,
+        "threads": threads,
+        "bandwidth": limit,
+        "sizes": rows,
+    }
     elastic = [r for r in rows if r["kind"] == "elastic"]
     if len(elastic) > 2:
         content["exponent"] = exponent(elastic)

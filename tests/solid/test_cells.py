@@ -168,8 +168,8 @@ def test_meshio_reads_solids(tmp_path):
     import meshio
 
     made = mesh_of((scene := solid_scene(Rod(radius=0.2, length=0.5), spacing=0.1)).solids[0], scene)
-    for name in ("rod.vtu", "rod.msh", "rod.inp"):
-        meshio.write(tmp_path / name, meshio.Mesh(1e3 * made.points, [("hexahedron", made.cells)]))
+    for name, kind in (("rod.vtu", "vtu"), ("rod.msh", "gmsh"), ("rod.inp", "abaqus")):
+        meshio.write(tmp_path / name, meshio.Mesh(1e3 * made.points, [("hexahedron", made.cells)]), file_format=kind)
         scene = solid_scene({"kind": "mesh", "path": tmp_path / name, "scale": 1e-3}, spacing=0.1)
         read = mesh_of(scene.solids[0], scene)
         assert read.volumes.sum() == pytest.approx(made.volumes.sum(), rel=1e-9) and len(read.cells) == len(made.cells)

@@ -107,8 +107,12 @@ def test_a_torn_block():
     assert shown.sum() > 0 and frame.kind == "solid"
 
 
-def test_restart_and_threads():
+def test_restart():
     restarts_exactly(metal, 60, 60)
+
+
+@pytest.mark.long
+def test_threads():
     threads_change_nothing(metal, 120)
 
 
@@ -138,6 +142,7 @@ def test_a_ball_bounces_off_a_block():
     energies_close(world, 0.1)
 
 
+@pytest.mark.long
 def test_contact_restarts_and_threads():
     restarts_exactly(struck, 40, 40)
     threads_change_nothing(struck, 80)
@@ -170,6 +175,7 @@ def test_a_bar_hits_a_rigid_plane():
     energies_close(world, 0.5)
 
 
+@pytest.mark.long
 def test_two_solids_meet():
     one = Solid(name="one", shape=Brick(size=(0.2, 0.2, 0.2)), material=Material(**STEEL))
     other = Solid(name="other", shape=Brick(size=(0.2, 0.2, 0.2), origin=(0.205, 0.03, 0.02)), material=Material(**STEEL))

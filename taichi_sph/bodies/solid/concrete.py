@@ -1,5 +1,5 @@
 """A stress point of concrete in space (rated.py; laws/concrete.py). The pressure follows ln J, the deviators of the whole and of the rubble
-are kept.
+are kept, and that of the strain, which drives the damage.
 
 A unit of volume stores (1 - D) s_i:s_i / 4G + D s_f:s_f / 4G + p^2 / 2K, the last times 1 - D in tension. What the trapezoidal work of a
 step
@@ -48,7 +48,8 @@ def advance(cells: ti.template(), material: ti.template(), s, E: ti.template(), 
     rubble = rubble_0 + 2.0 * shear * change
     D_1 = D_0
     if dt > 0.0:
-        D_1 = _damaged(cells, material, s, b, now, whole, dt)
+        cells.shape[s] += change
+        D_1 = _damaged(cells, material, s, b, now, dt)
         if D_1 > 0.0:
             rubble = (D_0 * rubble + (D_1 - D_0) * whole) / D_1
     if ti.static(material.rubs):
@@ -77,9 +78,9 @@ def _determinant(a: ti.template()):
 
 
 @ti.func
-def _damaged(cells: ti.template(), material: ti.template(), s, b, dilation, whole: ti.template(), dt):
+def _damaged(cells: ti.template(), material: ti.template(), s, b, dilation, dt):
     """D_r after a step to these strains."""
-    e = whole / (2.0 * material.shear[b])
+    e = cells.shape[s]
     eps = dilation * 0.0
     if ti.static(material.principal):
         eps = concrete.principal(material.share[b], dilation, e)

@@ -85,21 +85,27 @@ def strain(cells: ti.template(), nodes: ti.template(), material: ti.template(), 
                     cells.uneven[s], cells.softer[s] = uneven, softer
             pull *= softer
             Q = volume * P - pull * M
+            kept = pull * 0.0 + 1.0
             if ti.static(material.breaks):
                 if dt > 0.0 and _breaks(cells, material, s, b, E):
+                    kept *= 0.0
+            way = pull * 0.0
+            for e in range(first, last):
+                i = cells.node[e]
+                f = -(Q @ cells.B[e])
+                if e < end:
+                    arm = ti.cast(nodes.X[i] - X_mean, float)
+                    f -= pull * (nodes.u[i] - u_mean - H @ arm)
+                if ti.static(material.breaks):
+                    way += f.dot(nodes.v[i])
+                    f *= kept
+                cells.push[e] = f
+            if ti.static(material.breaks):
+                if kept == 0.0:  # the force that is gone has not done its half of the work of the step
                     ti.atomic_add(cells.n_new[0], 1)
                     cells.broken[s] = 1
                     cells.rupture_time[s] = time
-                    cells.released[s], cells.stored[s] = ti.cast(held, ti.f64), 0.0
-                    Q *= 0.0
-                    pull *= 0.0
-            for e in range(first, last):
-                f = -(Q @ cells.B[e])
-                if e < end:
-                    i = cells.node[e]
-                    arm = ti.cast(nodes.X[i] - X_mean, float)
-                    f -= pull * (nodes.u[i] - u_mean - H @ arm)
-                cells.push[e] = f
+                    cells.released[s], cells.stored[s] = ti.cast(held + 0.5 * dt * way, ti.f64), 0.0
 
 
 @ti.func

@@ -140,6 +140,7 @@ class SolidCells(Pool):
             self.damage = field("damage", n, doc="D, as the law alone would have it", keeps=True)
             self.delayed = field("delayed", n, doc="D_r <= D, what the stress feels (T 2.73)", keeps=True, shown="damage")
         if material.brittle:
+            self.shape = field("shape", n, 6, doc="deviator of the logarithmic strain so far", keeps=True)
             self.rubble = field("rubble", n, 6, unit="Pa", doc="deviator of what is broken", keeps=True)
         if material.yields:
             self.plastic = field("plastic", n, doc="p, cumulated plastic strain", keeps=True, shown="plastic")

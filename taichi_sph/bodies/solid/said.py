@@ -53,8 +53,8 @@ class Solid(Body):
             raise ValueError(f"material.damage: 'mazars' is a law of shells, in plane stress; solid '{self.name}' takes 'concrete'")
         if getattr(material.damage, "necks", None):
             raise ValueError(f"material.damage.necks is of sheets, and '{self.name}' is a solid; leave it out")
-        for key in ("alpha", "kappa", "layers"):
-            if material.strength is not None and key in material.strength.model_fields_set:
+        for key in ("alpha", "kappa", "layers"):  # a scene that was read back has all keys: what counts is another value
+            if material.strength is not None and getattr(material.strength, key) != type(material.strength).model_fields[key].default:
                 raise ValueError(f"material.strength.{key} is of the cross-section of a shell, and '{self.name}' is a solid; leave it out")
         if self.formulation.kind == "particles" and material.critical_damage is not None:
             raise ValueError(

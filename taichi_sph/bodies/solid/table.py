@@ -19,6 +19,7 @@ import numpy as np
 from ...errors import SceneError
 from ...geometry.solids import SolidMesh
 
+WORST, WIDER = 1e5, 8  # condition of the moments that is allowed; how often the reach of a place is raised to get there
 GAUSS = (0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0))
 
 
@@ -109,19 +110,26 @@ def _least_squares(mesh: SolidMesh, places: np.ndarray, h: np.ndarray) -> Any:
     from scipy.sparse import csr_matrix
     from scipy.spatial import cKDTree
 
-    near = cKDTree(mesh.points).query_ball_point(places, 2.0 * h, return_sorted=True, workers=-1)
-    count = np.array([len(one) for one in near])
-    if count.min() < 4:
-        raise SceneError("formulation.support is too small for this mesh: a place on a face sees fewer than 4 nodes; raise it")
-    row, node = np.repeat(np.arange(len(places)), count), np.concatenate(near).astype(int)
-    arm = (mesh.points[node] - places[row]) / h[row, None]
-    q = np.linalg.norm(arm, axis=1)
-    weight = np.where(q < 1.0, 1.0 - 1.5 * q**2 + 0.75 * q**3, 0.25 * np.maximum(2.0 - q, 0.0) ** 3)
-    basis = np.column_stack([np.ones(len(row)), arm])
-    start = np.r_[0, np.cumsum(count)[:-1]]
-    moment = np.add.reduceat(weight[:, None, None] * basis[:, :, None] * basis[:, None, :], start, axis=0)
-    if np.linalg.cond(moment).max() > 1e8:
-        raise SceneError("formulation.support is too small for this mesh: a place on a face sees nodes of one plane alone; raise it")
+    tree, h = cKDTree(mesh.points), h.copy()
+    for _ in range(WIDER):
+        near = tree.query_ball_point(places, 2.0 * h, return_sorted=True)
+        count = np.array([len(one) for one in near])
+        row, node = np.repeat(np.arange(len(places)), count), np.concatenate(near).astype(int)
+        arm = (mesh.points[node] - places[row]) / h[row, None]
+        q = np.linalg.norm(arm, axis=1)
+        weight = np.where(q < 1.0, 1.0 - 1.5 * q**2 + 0.75 * q**3, 0.25 * np.maximum(2.0 - q, 0.0) ** 3)
+        basis = np.column_stack([np.ones(len(row)), arm])
+        moment = np.zeros((len(places), 4, 4))
+        start = np.r_[0, np.cumsum(count)[:-1]]
+        there = count > 0
+        moment[there] = np.add.reduceat(weight[:, None, None] * basis[:, :, None] * basis[:, None, :], start[there], axis=0)
+        with np.errstate(all="ignore"):
+            bad = ~(np.linalg.cond(moment) < WORST)
+        if not bad.any():
+            break
+        h[bad] *= 1.2  # beside cells that are longer than wide
+    else:
+        raise SceneError("formulation: a place on a face of this mesh sees nodes of one plane alone; use 'trilinear', or raise support")
     first = np.linalg.solve(moment, np.tile([[1.0], [0.0], [0.0], [0.0]], (len(places), 1, 1)))[:, :, 0]
     phi = weight * np.einsum("kc,kc->k", basis, first[row])
     return csr_matrix((phi, (row, node)), shape=(len(places), len(mesh.points)))
