@@ -1,10 +1,9 @@
 """Solids as couplings see them: a node is a mover that does not turn, and a rounded disc just below the surface.
 
-The disc has half the spacing as radius and as half thickness, and lies half the spacing below its node, so that its outer side is the
-surface itself, and its rim, next to an edge, the other side of the edge. Between four discs the surface lies 5 % of the spacing too deep.
-Where
-faces meet at an angle (an edge, a corner, the lip of a crater) the disc is a ball that touches all of them from inside. A node without live
-cells, a fragment, is a ball about itself. A face is on the surface while one of its two cells lives.
+The disc lies half its thickness below its node, so that its outer side is the surface itself. With its rim it reaches as far as the nearest
+node along an edge: to the edge of the body and not beyond it, also where the cells beside the edge are pressed flat. Where faces meet at an
+angle (an edge, a corner, the lip of a crater) the disc is a small ball that touches all of them from inside. A node without live cells, a
+fragment, is a ball about itself. A face is on the surface while one of its two cells lives.
 """
 
 from typing import Any
@@ -18,6 +17,7 @@ from ..body import Now, Span
 from ..nodal.loads import history
 from ..surface import Discs, Surface
 
+THIN = 0.2  # half the thickness of a disc over the shortest edge about its node in the reference
 FLAT = 0.9  # cosine between the normal of a node and that of its faces: below it the node is on an edge
 SHARP = 0.4  # of that cosine: what lies deeper than the ball of such an edge is left to its neighbours
 
@@ -49,13 +49,15 @@ class Skin(Pool):
         runtime.put(self.cells, cells.astype(np.int32))
         runtime.put(self.start, np.r_[0, np.cumsum(np.bincount(at, minlength=n))].astype(np.int32))
         runtime.put(self.face, face[order].astype(np.int32))
-        # spacing on the surface: the smallest side of the faces around
         size = np.full(len(mesh.points), np.inf)
-        area = np.sqrt(np.linalg.norm(mesh.face_areas(), axis=1) * np.where(mesh.faces.nodes[:, 3] < 0, 2.0, 1.0))
-        for k in range(4):
-            has = mesh.faces.nodes[:, k] >= 0
-            np.minimum.at(size, mesh.faces.nodes[has, k], area[has])
-        self.halves = 0.5 * size[self.numbers]
+        for side in range(4):
+            one, other = mesh.faces.nodes[:, side], mesh.faces.nodes[:, (side + 1) % 4]
+            one, other = np.where(one < 0, mesh.faces.nodes[:, 2], one), np.where(other < 0, mesh.faces.nodes[:, 0], other)
+            length = np.linalg.norm(mesh.points[one] - mesh.points[other], axis=1)
+            np.minimum.at(size, one, length)
+            np.minimum.at(size, other, length)
+        self.shortest = float(size.min())
+        self.halves = THIN * size[self.numbers]
         runtime.put(self.half, self.halves)
 
 
@@ -65,11 +67,11 @@ class SolidSurface(Surface):
     def __init__(self, group: Any) -> None:
         self.group, self.nodes, self.cells, self.loads, self.skin = group, group.nodes, group.cells, group.loads, group.skin
         self.bodies, self.n = group.bodies, self.skin.n
-        self.length = 2.0 * float(self.skin.halves.min())
+        self.length = self.skin.shortest
         self.bounce = [None] * len(self.bodies)
         body = np.repeat(np.arange(len(self.bodies)), [span.n for span in self.bodies])[self.skin.numbers]
         still = np.zeros(self.n, np.int32)
-        self.discs = Discs(body, self.skin.halves, self.skin.halves.copy(), still, group.mesh.points[self.skin.numbers])
+        self.discs = Discs(body, self.skin.halves, (1.0 / THIN - 1.0) * self.skin.halves, still, group.mesh.points[self.skin.numbers])
 
     @property
     def renumbered(self) -> bool:
@@ -99,7 +101,7 @@ class SolidSurface(Surface):
         )
 
     def offer(self, port: Any, first: int, last: int, now: Now) -> None:
-        _offer(port, self.skin, self.nodes, self.cells, self.loads, first, last, self.first.mover, now.kick, now.half_time)
+        _offer(port, self.skin, self.nodes, self.cells, self.loads, first, last, self.first.mover, self.first.disc, now.kick, now.half_time)
 
     def take(self, port: Any, first: int, last: int, now: Now) -> None:
         _take(port, self.skin, self.nodes, first, last, self.first.mover, 1.0 / now.kick)
@@ -112,12 +114,12 @@ def _place(nodes: ti.template(), i):
 
 @ti.func
 def _disc(skin: ti.template(), nodes: ti.template(), cells: ti.template(), k):
-    """(middle of the disc, director, 1 where it is flat) of a mover now."""
+    """(middle of the disc, director, radius) of a mover now; radius 0: a ball."""
     x = _place(nodes, skin.node[k])
     sum_ = ti.Vector([0.0, 0.0, 0.0], ti.f64)
     for m in range(skin.start[k], skin.start[k + 1]):
         sum_ += _normal(skin, nodes, cells, skin.face[m])
-    flat, n = 0, ti.Vector([0.0, 0.0, 1.0], ti.f64)
+    radius, n = ti.cast(0.0, ti.f64), ti.Vector([0.0, 0.0, 1.0], ti.f64)
     if sum_.norm_sqr() > 1e-6:
         n = sum_.normalized()
         least = ti.cast(1.0, ti.f64)
@@ -126,9 +128,26 @@ def _disc(skin: ti.template(), nodes: ti.template(), cells: ti.template(), k):
             if one.norm_sqr() > 0.0:
                 least = ti.min(least, one.dot(n))
         if least > FLAT:
-            flat = 1
+            radius = ti.max(_nearest(skin, nodes, cells, k) - skin.half[k], 0.0)
         x -= skin.half[k] / ti.max(least, SHARP) * n
-    return x, n, flat
+    return x, n, radius
+
+
+@ti.func
+def _nearest(skin: ti.template(), nodes: ti.template(), cells: ti.template(), k):
+    """Length now of the shortest edge of the surface at a mover [m]."""
+    i = skin.node[k]
+    x, least = _place(nodes, i), ti.cast(1e30, ti.f64)
+    for m in range(skin.start[k], skin.start[k + 1]):
+        f = skin.face[m]
+        if _normal(skin, nodes, cells, f).norm_sqr() > 0.0:
+            c = skin.corner[f]
+            corners = ti.select(c[3] < 0, 3, 4)
+            for j in range(corners):
+                if c[j] == i:
+                    least = ti.min(least, (_place(nodes, c[(j + 1) % corners]) - x).norm())
+                    least = ti.min(least, (_place(nodes, c[(j + corners - 1) % corners]) - x).norm())
+    return least
 
 
 @ti.func
@@ -163,13 +182,12 @@ def _look(
         if speed > port.speed[b]:
             ti.atomic_max(port.speed[b], speed)
         if places == 1:
-            x, normal, flat = _disc(skin, nodes, cells, k)
+            x, normal, radius = _disc(skin, nodes, cells, k)
             port.disc_x[d], port.disc_n[d] = x, normal
             if balls == 1:
                 port.ball_x[thin + k] = x
             if port.due[b] == 1:
-                radius = flat * skin.half[k]
-                port.disc_sound[d], port.disc_radius[d] = flat, radius
+                port.disc_sound[d], port.disc_radius[d] = ti.select(radius > 0.0, 1, 0), radius
                 if radius > port.largest[b]:
                     ti.atomic_max(port.largest[b], radius)
 
@@ -177,12 +195,13 @@ def _look(
 @ti.kernel
 def _offer(
     port: ti.template(), skin: ti.template(), nodes: ti.template(), cells: ti.template(), loads: ti.template(), first: ti.i32,
-    last: ti.i32, base: ti.i32, kick: ti.f64, half_time: ti.f64,
+    last: ti.i32, base: ti.i32, disc: ti.i32, kick: ti.f64, half_time: ti.f64,
 ):  # fmt: skip
     for m in range(first, last):
         k = port.who[m] - base
         i = skin.node[k]
-        x, normal, _ = _disc(skin, nodes, cells, k)
+        x, normal, radius = _disc(skin, nodes, cells, k)
+        port.disc_radius[disc + k] = radius
         port.x[m], port.director[m] = x, normal
         port.before[m] = ti.cast(nodes.v[i], ti.f64)
         force = nodes.force[i]

@@ -169,6 +169,9 @@ def turned(shape: Rod | Ogive, spacing: float) -> SolidMesh:
     half = max(1, round(core * shape.radius / spacing))
     rings = max(1, round((1 - core * 1.1) * shape.radius / spacing))
     flat, quads = disc(rings, half, core)
+    p = flat[quads]
+    area = 0.5 * np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]).sum()
+    flat *= math.sqrt(math.pi / area)  # the polygon is as large as the circle
     total = shape.length if isinstance(shape, Rod) else shape.length + shape.nose
     layers = max(1, round(total / spacing))
     along = np.linspace(0.0, total, layers + 1)
