@@ -1,14 +1,12 @@
 """A copper bar strikes a rigid anvil (Taylor 1948): its length, the foot of its mushroom, its width above the foot.
 
-"ofhc": 25.4 mm x 7.62 mm at 130, 146 or 190 m/s, Johnson and Cook's constants of OFHC copper with heat (1983), against the recovered
-cylinders of the same paper and of Zerilli and Armstrong (1987), as digitised by Banerjee (HighRateExptData): length, diameter of the foot,
-diameter a fifth of the length above it. The constants are of tension and torsion; "fitted" has those that Johnson and Holmquist (1988)
-took from
-such cylinders, without rate and heat. "wilkins": 32.4 mm x 6.4 mm at 227 m/s with the linear hardening on which codes are
-compared, 400 MPa + 100 MPa x strain: these end at 21.4 to 21.5 mm with a foot of 7.0 to 7.3 mm radius.
+25.4 mm x 7.62 mm of OFHC copper at 130, 146 or 190 m/s, against recovered cylinders (Johnson and Cook 1983, Zerilli and Armstrong 1987, as
+digitised by Banerjee, HighRateExptData): length, diameter of the foot, diameter a fifth of the length above it. "fitted" has the constants
+that Johnson and Holmquist (1988) took from such cylinders, without rate and heat; "ofhc" those of Johnson and Cook (1983), from tension and
+torsion, with rate and heat, which leave the bar too long. "wilkins": 32.4 mm x 6.4 mm at 227 m/s with the linear hardening on
+which codes are compared, 400 MPa + 100 MPa x strain: these end at 21.4 to 21.5 mm with a foot of 7.0 to 7.3 mm radius.
 
-The anvil is smooth. "plane": the foot stays in its plane and slides. "ball": the bar meets a ball so large that it is a plane, and may
-leave.
+The anvil is smooth. "plane": the foot stays in its plane and slides. "ball": the bar meets a ball so large that it is a plane, and leaves.
 
     python scenes/taylor_bar.py --quality draft --out DIR
 """
@@ -70,7 +68,7 @@ CASES = {  # length, diameter [m], duration [s], material
 
 def scene(
     quality: Quality = "draft",
-    case: Literal["ofhc", "fitted", "wilkins"] = "ofhc",
+    case: Literal["fitted", "ofhc", "wilkins"] = "fitted",
     speed: Literal[130, 146, 190] = 190,
     anvil: Literal["plane", "ball"] = "plane",
 ) -> Scene:

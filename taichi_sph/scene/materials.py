@@ -78,8 +78,7 @@ class Table(_Strength):
 
 class Heat(Frozen):
     """Johnson and Cook's softening by heat, 1 - T*^m with T* = (T - room) / (melting - room), of a solid that keeps the heat of its own
-    plastic
-    work: dT = share x work / (density x capacity) (Johnson and Cook 1983)."""
+    plastic work: dT = share x work / (density x capacity) (Johnson and Cook 1983)."""
 
     m: Annotated[Dimensionless, Field(gt=0, le=5)]
     melting: Annotated[Temperature, Field(gt=0)]
@@ -141,8 +140,7 @@ class LemaitreChaboche(Frozen):
 
 class Concrete(Frozen):
     """Concrete of a solid: elastic up to its strengths in tension and compression, then damaged as Mazars' law has it, D = 1 - eps_D (1 -
-    A)
-    / eps - A exp(-B (eps - eps_D)) with eps_D = tension / E (laws/concrete.py).
+    A) / eps - A exp(-B (eps - eps_D)) with eps_D = tension / E (laws/concrete.py).
 
     `strain`: what drives the damage, "de_vree" (modified von Mises strain, exact for both strengths, nothing under pressure) or
     "principal" (P's form: the squares of positive principal strains and `share` times those of negative ones). `rubble`: what is broken

@@ -166,8 +166,8 @@ class Scene(Frozen):
 
     @property
     def formulations(self) -> str:
-        """In which forms its shells are computed, in words."""
-        forms = [self.numerics_of(shell).formulation for shell in self.shells] or [self.numerics.formulation]
+        """In which forms its shells and solids are computed, in words."""
+        forms = [self.numerics_of(body).formulation for body in (*self.shells, *self.solids)] or [self.numerics.formulation]
         return ", ".join(dict.fromkeys(form.label for form in forms))
 
     def met(self, one: str, other: str) -> Met:

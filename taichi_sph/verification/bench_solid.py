@@ -1,6 +1,5 @@
 """`taichi-sph bench --solid`: how fast solids are here. A cube, elastic, and of a metal of Johnson and Cook with heat, damage, delay and
-rupture
-that yields everywhere; the same of particles, elastic.
+rupture that yields everywhere; the same of particles, elastic.
 
 Bytes per node-step count each array that a kernel reads or writes once (TRAFFIC): what perfect caches would move. Entries are those of the
 table of coefficients, 8 a cell of finite elements.

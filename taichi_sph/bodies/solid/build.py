@@ -72,8 +72,7 @@ def _loaded(scene: Scene, bodies: Sequence[SolidBody], key: str) -> Iterator[tup
 
 def node_forces(scene: Scene, bodies: Sequence[SolidBody], mass: np.ndarray) -> Iterator[tuple]:
     """For bodies.nodal.loads: (node numbers, (n, 3) forces, history) of every NodalForce, and gravity. A force is shared by the areas of
-    the
-    nodes on the surface; where it catches none of those, by their volumes."""
+    the nodes on the surface; where it catches none of those, by their volumes."""
     for body, load, i in _loaded(scene, bodies, "forces"):
         own = body.mesh.node_areas[i]
         own = own if own.any() else body.mesh.node_volumes[i]

@@ -2,8 +2,7 @@
 are kept, and that of the strain, which drives the damage.
 
 A unit of volume stores (1 - D) s_i:s_i / 4G + D s_f:s_f / 4G + p^2 / 2K, the last times 1 - D in tension. What the trapezoidal work of a
-step
-is more than this grows, is taken: by damage, by the caps, by what rubs.
+step is more than this grows, is taken: by damage, by the caps, by what rubs.
 """
 
 from ...laws import concrete, delay, mazars

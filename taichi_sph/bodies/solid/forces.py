@@ -5,14 +5,10 @@
     f_i = -(V P - k M) B_i - k r_i         M = sum_k r_k (X_k - X_mean); the last term on corners alone
 
 These are the exact derivatives of V W(F) + 1/2 k sum r^2: linear and angular momentum and energy are kept, linear fields strain evenly. k
-= gamma E V /
-h^2 pulls the twelve patterns of corners that a mean gradient does not see (hourglasses); on parallelepipeds M = 0, and this is the
-element of
-Flanagan and Belytschko (1981). gamma = 1/6 is exact for the bending of one cube. Damage takes k as it takes the stiffness, and yielding
-lowers it
-to the secant modulus of the plastic strain so far: k never grows again, and what it releases is booked. Cells write the force on the node
-of
-each of their entries; nodes then gather theirs, in the order of the cells.
+= gamma E V / h^2 pulls the twelve patterns of corners that a mean gradient does not see (hourglasses); on parallelepipeds M = 0, and this
+is the element of Flanagan and Belytschko (1981). gamma = 1/6 is exact for the bending of one cube. Damage takes k as it takes the
+stiffness, and yielding lowers it to the secant modulus of the plastic strain so far: k never grows again, and what it releases is booked.
+Cells write the force on the node of each of their entries; nodes then gather theirs, in the order of the cells.
 """
 
 from ...laws import elastic_solid

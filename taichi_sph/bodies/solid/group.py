@@ -34,8 +34,7 @@ def groups(scene: Scene, others: Sequence[Group], own: Sequence[Solid]) -> list[
 
 class SolidGroup(Rest):
     """Solids of the same laws. solids: the bodies; mesh: theirs as one; nodes, cells, material: the pools; loads: what acts; sound (B,):
-    the
-    speed of pressure waves in each body [m/s]."""
+    the speed of pressure waves in each body [m/s]."""
 
     kind = "solid"
 

@@ -3,8 +3,7 @@
 The stress is effective, that is of the undamaged part; a unit of volume stores 1/2 (1 - D_r) t w t, w = inverse elasticity. Of the
 trapezoidal work of a step, plastic strain takes 1/2 ((1 - D_n) t_n + (1 - D_n+1) t_n+1) : w (trial - t_n+1) and damage 1/2 dD t_n w t_n+1:
 an identity. Damage grows less under pressure, from all of it in shear to nothing in uniaxial compression and beyond, where voids do not
-open
-(no growth below a triaxiality of -1/3: Bao and Wierzbicki 2005).
+open (no growth below a triaxiality of -1/3: Bao and Wierzbicki 2005).
 """
 
 from ...laws import delay, ductile, johnson_cook, von_mises_solid

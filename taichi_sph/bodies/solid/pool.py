@@ -60,7 +60,7 @@ class SolidMaterial(MaterialPool):
             values |= {"compression": damage.compression, "ratio": damage.compression / damage.tension, "share": damage.share}
             if m.delay is not None:
                 values |= {"a": m.delay.a, "tau_c": m.delay.tau_c}
-            if self.breaks:
+            if m.critical_damage is not None:
                 values["critical"] = m.critical_damage
         lame = m.young * m.poisson / ((1.0 + m.poisson) * (1.0 - 2.0 * m.poisson))
         shear = 0.5 * m.young / (1.0 + m.poisson)

@@ -5,8 +5,7 @@ E is Green-Lagrange's strain, U the stretch, U^2 = 1 + 2 E. The rate of deformat
     d = W dE W,    W = 1/2 (U_n^-1 + U_n+1^-1)
 
 (second order in the step), so that stretching adds up to the logarithmic strain and turning does not count. Stresses t are Kirchhoff's,
-turned
-back: S = U^-1 t U^-1 on the reference, whose power S : dE is t : d.
+turned back: S = U^-1 t U^-1 on the reference, whose power S : dE is t : d.
 """
 
 from ...numerics import symmetric

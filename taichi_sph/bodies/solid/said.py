@@ -15,8 +15,7 @@ from ...scene.units import Dimensionless, Length, show
 
 class Trilinear(Frozen):
     """Finite elements: the functions of a cell's own corners. `stabilisation`: gamma, which pulls corners back to the cell's own linear
-    field;
-    with 1/6 one cube bends as a beam does."""
+    field; with 1/6 one cube bends as a beam does."""
 
     kind: Literal["trilinear"] = "trilinear"
     label: ClassVar[str] = "trilinear"

@@ -1,8 +1,8 @@
 """The stable step of a group of solids: 2 / omega_max of M^-1 K at rest, by Lanczos' iteration with the force kernels themselves.
 
 What is stretched is stiffer or softer on the reference: a metal that is compressed to l of its length by 1/l^2, an elastic body that is
-stretched
-by 1 + 3 E. So cells say how much stiffer they are (forces.py), and the step follows the stiffest, with some room. It never grows again.
+stretched by 1 + 3 E. So cells say how much stiffer they are (forces.py), and the step follows the stiffest, with some room. It never grows
+again.
 """
 
 from typing import TYPE_CHECKING

@@ -3,10 +3,8 @@
     B_i = (1/V) sum over faces of the integral of n Phi_i dS
 
 Finite elements take the functions of a cell's own corners. Particles take moving least squares of order 1 on the faces, two by two Gauss
-points
-each (three on a triangle), which both cells of a face share. With either, the sums over cells of V B_i telescope to the surface, sum_i
-B_i = 0
-and sum_i X_i B_i = 1 to rounding: rigid turns strain nothing, and the patch test holds on any mesh.
+points each (three on a triangle), which both cells of a face share. With either, the sums over cells of V B_i telescope to the surface,
+sum_i B_i = 0 and sum_i X_i B_i = 1 to rounding: rigid turns strain nothing, and the patch test holds on any mesh.
 """
 
 from __future__ import annotations
