@@ -22,6 +22,7 @@ from taichi_sph.scene import (
     Rotation,
     Scene,
     Solid,
+    Spring,
 )
 
 from ..exact import restarts_exactly, threads_change_nothing
@@ -198,3 +199,19 @@ def test_two_solids_meet():
     x = group.mesh.points + runtime.get(group.nodes.u, group.nodes.n)
     assert x[first, 0].max() < x[group.bodies[1].rows, 0].min() + 0.01
     energies_close(world, 0.5)
+
+
+@pytest.mark.long
+def test_a_block_on_a_spring_swings():
+    """A quarter of its period: the way of its middle is v / omega."""
+    spring = Spring(name="s", between=("body", None), points=((0.2, 0.1, 0.1), (1.2, 0.1, 0.1)), stiffness=1e8, radius=0.15)
+    scene = solid_scene(
+        Brick(size=(0.2, 0.2, 0.2)), spacing=0.05, duration=1e-2, springs=[spring], initial=[InitialVelocity(velocity=(-1, 0, 0))]
+    )
+    world = start(scene)
+    group = group_of(world)
+    mass = runtime.get(group.nodes.mass, group.nodes.n)
+    omega = np.sqrt(1e8 / mass.sum())
+    world.advance_to(0.5 * np.pi / omega)
+    assert (mass @ runtime.get(group.nodes.u, group.nodes.n))[0] / mass.sum() == pytest.approx(-1 / omega, rel=0.03)
+    energies_close(world, 0.01)
