@@ -101,7 +101,9 @@ class SolidSurface(Surface):
         )
 
     def offer(self, port: Any, first: int, last: int, now: Now) -> None:
-        _offer(port, self.skin, self.nodes, self.cells, self.loads, first, last, self.first.mover, self.first.disc, now.kick, now.half_time)
+        shaped = hasattr(port, "disc_radius")  # contact looks at discs, springs do not
+        at = self.first
+        _offer(port, self.skin, self.nodes, self.cells, self.loads, first, last, at.mover, at.disc, now.kick, now.half_time, shaped)
 
     def take(self, port: Any, first: int, last: int, now: Now) -> None:
         _take(port, self.skin, self.nodes, first, last, self.first.mover, 1.0 / now.kick)
@@ -195,13 +197,14 @@ def _look(
 @ti.kernel
 def _offer(
     port: ti.template(), skin: ti.template(), nodes: ti.template(), cells: ti.template(), loads: ti.template(), first: ti.i32,
-    last: ti.i32, base: ti.i32, disc: ti.i32, kick: ti.f64, half_time: ti.f64,
+    last: ti.i32, base: ti.i32, disc: ti.i32, kick: ti.f64, half_time: ti.f64, shaped: ti.template(),
 ):  # fmt: skip
     for m in range(first, last):
         k = port.who[m] - base
         i = skin.node[k]
         x, normal, radius = _disc(skin, nodes, cells, k)
-        port.disc_radius[disc + k] = radius
+        if ti.static(shaped):
+            port.disc_radius[disc + k] = radius
         port.x[m], port.director[m] = x, normal
         port.before[m] = ti.cast(nodes.v[i], ti.f64)
         force = nodes.force[i]
