@@ -170,7 +170,8 @@ def turned(shape: Rod | Ogive, spacing: float) -> SolidMesh:
     rings = max(1, round((1 - core * 1.1) * shape.radius / spacing))
     flat, quads = disc(rings, half, core)
     p = flat[quads]
-    area = 0.5 * np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]).sum()
+    one, two = p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]
+    area = 0.5 * (one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]).sum()
     flat *= math.sqrt(math.pi / area)  # the polygon is as large as the circle
     total = shape.length if isinstance(shape, Rod) else shape.length + shape.nose
     layers = max(1, round(total / spacing))
