@@ -153,8 +153,8 @@ def test_rubble_rubs():
     """Sheared under pressure until all is broken: q = 1.6 fc (p / fc)^0.61; without rubble nothing is left."""
     for rubs in (True, False):
         point = concrete(rubble=rubs)
-        for k in range(1, 401):
-            sigma = point.go(0.998 * np.array([[1, 2e-4 * k, 0], [0, 1, 0], [0, 0, 1]]), 1e-3)
+        for k in range(1, 201):
+            sigma = point.go(0.998 * np.array([[1, 4e-4 * k, 0], [0, 1, 0], [0, 0, 1]]), 1e-3)
         J = np.linalg.det(point.F)
         p = -np.trace(sigma) / 3
         s = sigma + p * np.eye(3)
@@ -170,7 +170,7 @@ def test_what_concrete_takes_is_never_negative():
     for strain in ("de_vree", "principal"):
         point = concrete(strain=strain)
         F, taken = np.eye(3), 0.0
-        for _ in range(20):
+        for _ in range(8):
             goal = np.eye(3) + 3e-3 * rng.standard_normal((3, 3))
             steps = np.linspace(0, 1, 40)[1:]
             for t in steps:
