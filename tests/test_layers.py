@@ -37,6 +37,7 @@ SAID = {
     "scene.units",
     "scene.materials",
     "scene.surfaces",
+    "scene.solids",
     "scene.regions",
     "scene.histories",
 }  # what a said.py may use

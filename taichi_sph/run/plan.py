@@ -24,12 +24,16 @@ from ..geometry.cuts import cells_cut
 from ..geometry.mesh import SurfaceMesh
 from ..geometry.normals import report
 from ..geometry.regions import cells_in, extent, inside, nodes_in
+from ..geometry.solids import SolidMesh
+from ..geometry.solids import count as nodes_of_solid
+from ..geometry.solids import mesh_of as solid_mesh_of
 from ..geometry.surfaces import mesh_of
 from ..output import files
-from ..scene import Body, Numerics, Scene, Shell
+from ..scene import Body, Numerics, Scene, Shell, Solid
 from ..scene.instead import LARGEST
 from ..scene.plausible import MAX_STEPS
 from ..scene.regions import Region
+from ..scene.solids import Made as Generated
 from ..scene.surfaces import BoxTank, Given, Plate, Roof
 from ..scene.units import show
 from .counts import check_counts
@@ -47,6 +51,8 @@ BYTES_PER_NODE = {
 }
 BENDING_BYTES_PER_NODE = 700
 FLUID_BYTES_PER_PARTICLE = 1100
+SOLID_BYTES_PER_NODE = {"trilinear": 1250, "particles": 4200}  # of a metal; elastic ones 400 less
+SOLID_STEP = {"trilinear": 0.98, "particles": 1.05}  # over h / c of pressure waves, cubes
 SINGLE = 0.75  # of it in f32: positions stay in f64, neighbour lists are integers
 FRAME_BYTES_PER_NODE = 45  # positions in f64, everything else in f32
 CHECKPOINT_BYTES_PER_NODE = 300
@@ -94,6 +100,7 @@ class Made:
     meshes: dict[str, SurfaceMesh]
     fillings: dict[str, Filling]
     splits: dict[str, Split] = field(default_factory=dict)
+    solids: dict[str, SolidMesh] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -121,7 +128,8 @@ def make(scene: Scene, memory_there: int | None = None) -> Made:
     check_counts(scene, memory_there, meshes)
     splits = {shell.name: split_of(shell, scene) for shell in scene.shells if shell.patch is not None}
     meshes |= {body.name: mesh_of(body, scene) for body in scene.rigids if body.surface is not None}
-    return Made(meshes, {f.name: fill_fluid(f, scene, meshes) for f in scene.fluids}, splits)
+    solids = {solid.name: solid_mesh_of(solid, scene) for solid in scene.solids}
+    return Made(meshes, {f.name: fill_fluid(f, scene, meshes) for f in scene.fluids}, splits, solids)
 
 
 def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.inf) -> Plan:
@@ -130,17 +138,18 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     memory_there = files.memory()
     counts = check_counts(scene, memory_there)  # before anything is made
     generated = [shell.surface for shell in scene.shells if not isinstance(shell.surface, Given) and shell.patch is None]
-    work = sum(counts.values()) + HOLE * sum(len(surface.holes) for surface in generated)
-    if work > large and len(generated) == len(scene.shells):
+    given = len(generated) < len(scene.shells) or any(not isinstance(solid.shape, Generated) for solid in scene.solids)
+    if sum(counts.values()) + HOLE * sum(len(surface.holes) for surface in generated) > large and not given:
         bodies = tuple(_counted_shell(shell, counts[shell.name], scene) for shell in scene.shells)
         bodies += tuple(_rigid(body, scene) for body in scene.rigids)
         bodies += tuple(_counted_fluid(fluid, counts[fluid.name], scene) for fluid in scene.fluids)
+        bodies += tuple(_counted_solid(solid, scene) for solid in scene.solids)
         return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second)
     made = make(scene, memory_there)
-    _check_regions(scene, made.meshes)
+    _check_regions(scene, {**made.meshes, **made.solids})
     _check_cuts(scene, made.meshes)
     _check_modes(scene, made.meshes)
-    _check_springs(scene, made.meshes)
+    _check_springs(scene, {**made.meshes, **made.solids})
     if scene.welds:
         shells = {shell.name: made.meshes[shell.name] for shell in scene.shells}
         welded(scene.welds, {name: mesh.points for name, mesh in shells.items()}, {name: mesh.spacing for name, mesh in shells.items()})
@@ -149,6 +158,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     bodies = tuple(_part(one, made, scene) for one in parts(scene))
     bodies += tuple(_rigid(body, scene) for body in scene.rigids)
     bodies += tuple(_fluid(fluid, made.fillings[fluid.name], scene, made.meshes) for fluid in scene.fluids)
+    bodies += tuple(_solid(solid, made.solids[solid.name], scene) for solid in scene.solids)
     return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second, made)
 
 
@@ -316,6 +326,42 @@ def _of_particles(fluid: Fluid, scene: Scene, n: int, mass: float, analytic: flo
     )
 
 
+def _solid(solid: Solid, mesh: SolidMesh, scene: Scene) -> BodyPlan:
+    """Its cells, and the step of pressure waves through the smallest of them."""
+    finest = float(np.cbrt(mesh.volumes * np.where(mesh.corners == 8, 1.0, 6.0)).min())
+    mass = float(mesh.volumes.sum()) * solid.material.density
+    note = "; ".join((f"{len(mesh.cells)} cells", *mesh.notes))
+    return _of_cells(solid, scene, (len(mesh.points), len(mesh.cells)), mass, finest, note)
+
+
+def _counted_solid(solid: Solid, scene: Scene) -> BodyPlan:
+    """By the count of its nodes."""
+    spacing = scene.numerics_of(solid).spacing
+    assert isinstance(solid.shape, Generated)
+    n = round(nodes_of_solid(solid.shape, spacing))
+    return _of_cells(solid, scene, (n, n), solid.shape.volume * solid.material.density, spacing, "counted")
+
+
+def _of_cells(solid: Solid, scene: Scene, size: tuple[int, int], mass: float, finest: float, note: str) -> BodyPlan:
+    """size: nodes and cells; mass [kg]; finest spacing [m]."""
+    m, kind = solid.material, solid.formulation.kind
+    pressed = (1 - m.poisson) / ((1 + m.poisson) * (1 - 2 * m.poisson))  # modulus of pressure waves over E
+    shape = solid.shape
+    return BodyPlan(
+        name=solid.name,
+        nodes=size[0],
+        stress_points=size[1],
+        mass=mass,
+        analytic_mass=shape.volume * m.density if isinstance(shape, Generated) else None,
+        thickness=0.0,
+        spacing_min=finest,
+        spacing_max=scene.numerics_of(solid).spacing,
+        dt=scene.numerics.time_step_safety * SOLID_STEP[kind] * finest * math.sqrt(m.density / (m.young * pressed)),
+        note=note,
+        memory=size[0] * SOLID_BYTES_PER_NODE[kind],
+    )
+
+
 def _other(body: Body) -> BodyPlan:
     """A body of a kind that is not known here: what it says of itself."""
     points, mass, dt = body.sizes()
@@ -348,7 +394,7 @@ def _by_newton(scene: Scene, nodes: int) -> bool:
     return scene.static.method is not None or (able and nodes <= LARGEST)
 
 
-def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
+def _check_regions(scene: Scene, meshes: dict[str, Any]) -> None:
     held: dict[str, list[tuple[int, np.ndarray]]] = {}
     sizes = {name: (extent(mesh.points), extent(mesh.centres)) for name, mesh in meshes.items()}
     for key in ("forces", "moments", "motions", "initial"):
@@ -423,7 +469,7 @@ def _check_modes(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
             )
 
 
-def _check_springs(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
+def _check_springs(scene: Scene, meshes: dict[str, Any]) -> None:
     """The ends of springs lie on their bodies."""
     for number, spring in enumerate(scene.springs):
         for end, (name, point) in enumerate(zip(spring.between, spring.points)):

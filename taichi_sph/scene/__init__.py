@@ -19,11 +19,12 @@ _WHERE = {
     "loads": (
         "InitialVelocity", "NodalForce", "NodalMoment", "PrescribedVelocity", "Pulse", "Radial", "Rotation", "SurfacePressure"
     ),
-    "materials": ("Delay", "JohnsonCook", "LemaitreChaboche", "Material", "Mazars", "Perfect", "Power", "Table"),
+    "materials": ("Concrete", "Delay", "Heat", "JohnsonCook", "LemaitreChaboche", "Material", "Mazars", "Perfect", "Power", "Table"),
     "numerics": ("Numerics",),
     "regions": ("Ball", "Box", "Group", "Outside"),
     "schema": ("Scene",),
     "script": ("derive", "dump", "load", "load_scene", "parameters_of"),
+    "solids": ("Brick", "Cells", "Ogive", "Rod"),
     "study": ("Convergence", "Study"),
     "surfaces": (
         "BoxTank", "CappedTank", "Cylinder", "Disc", "Frustum", "HoleIn", "MeshFile", "Net", "Plate", "Roof", "Sphere", "SpherePatch"
@@ -32,6 +33,7 @@ _WHERE = {
     "..bodies.fluid.said": ("Acoustic", "Fluid", "FluidBox", "Hole", "ShellFill", "Tait", "Wall", "Water"),
     "..bodies.rigid.said": ("Driven", "Pinball", "Rigid"),
     "..bodies.shell.said": ("Collocation", "Cut", "FiniteElements", "Galerkin", "Patch", "Section", "Shell", "Viscosity"),
+    "..bodies.solid.said": ("Particles", "Solid", "Trilinear"),
     "..couplings.contact.said": ("Meeting", "PinballContact"),
     "..couplings.gas.said": ("Gas",),
     "..couplings.springs.said": ("Spring",),

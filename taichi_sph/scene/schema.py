@@ -22,6 +22,7 @@ from .. import couplings as coupling_folder
 from ..bodies.fluid.said import Fluid, Wall
 from ..bodies.rigid.said import Rigid
 from ..bodies.shell.said import PARTICLES, Shell
+from ..bodies.solid.said import Solid
 from ..couplings.contact.said import Meeting, Met, meeting, met
 from ..couplings.gas.said import Gas
 from ..couplings.springs.said import Spring
@@ -74,6 +75,7 @@ class Scene(Frozen):
     shells: tuple[Shell, ...] = ()
     rigids: tuple[Rigid, ...] = ()
     fluids: tuple[Fluid, ...] = ()
+    solids: tuple[Solid, ...] = ()
     others: tuple[Annotated[SerializeAsAny[Body], _of(body_folder.kinds, "others")], ...] = ()
     walls: Annotated[tuple[Wall, ...], Field(max_length=200)] = ()  # of the fluids
     meetings: Annotated[tuple[Meeting, ...], Field(max_length=2000)] = ()  # who meets whom, where that is not all
@@ -131,8 +133,8 @@ class Scene(Frozen):
 
     @property
     def bodies(self) -> tuple[Any, ...]:
-        """All bodies: shells, fluids, rigid bodies, then the others."""
-        return (*self.shells, *self.fluids, *self.rigids, *self.others)
+        """All bodies: shells, fluids, rigid bodies, solids, then the others."""
+        return (*self.shells, *self.fluids, *self.rigids, *self.solids, *self.others)
 
     @property
     def couplings(self) -> tuple[Any, ...]:
@@ -155,7 +157,7 @@ class Scene(Frozen):
         return getattr(self, key)[:number]
 
     def _place(self, said: Any) -> tuple[str, int]:
-        keys = ("shells", "fluids", "rigids", "others", "meetings", "springs", "welds", "gases", "interactions")
+        keys = ("shells", "fluids", "rigids", "solids", "others", "meetings", "springs", "welds", "gases", "interactions")
         return next((key, n) for key in keys for n, entry in enumerate(getattr(self, key)) if entry is said)
 
     def loads_of(self, key: str, body: str) -> tuple[Any, ...]:
@@ -169,8 +171,8 @@ class Scene(Frozen):
 
     @property
     def formulations(self) -> str:
-        """In which forms its shells are computed, in words."""
-        forms = [self.numerics_of(shell).formulation for shell in self.shells] or [self.numerics.formulation]
+        """In which forms its shells and solids are computed, in words."""
+        forms = [self.numerics_of(body).formulation for body in (*self.shells, *self.solids)] or [self.numerics.formulation]
         return ", ".join(dict.fromkeys(form.label for form in forms))
 
     def met(self, one: str, other: str) -> Met:

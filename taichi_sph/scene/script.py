@@ -265,17 +265,19 @@ def _index(data: Any, part: str, path: str) -> Any:
 
 def _anchored(scene: Scene, folder: Path) -> Scene:
     """Mesh paths are meant from the folder of the script."""
+    changed = {}
+    for bodies, key in (("shells", "surface"), ("rigids", "surface"), ("solids", "shape")):
+        said = getattr(scene, bodies)
+        files = [isinstance(getattr(body, key), MeshFile) and not getattr(body, key).path.is_absolute() for body in said]
+        if any(files):
+            changed[bodies] = tuple(_found(body, key, folder) if is_file else body for body, is_file in zip(said, files))
+    return scene.model_copy(update=changed) if changed else scene
 
-    def placed(body: Any) -> Any:
-        if not isinstance(body.surface, MeshFile):
-            return body
-        return body.model_copy(update={"surface": body.surface.model_copy(update={"path": folder / body.surface.path})})
 
-    surfaces = [*(shell.surface for shell in scene.shells), *(rigid.surface for rigid in scene.rigids)]
-    files = [surface for surface in surfaces if isinstance(surface, MeshFile)]
-    if all(file.path.is_absolute() for file in files):
-        return scene
-    return scene.model_copy(update={key: tuple(placed(body) for body in getattr(scene, key)) for key in ("shells", "rigids")})
+def _found(body: Any, key: str, folder: Path) -> Any:
+    """The body with the path of its mesh from that folder."""
+    file = getattr(body, key)
+    return body.model_copy(update={key: file.model_copy(update={"path": folder / file.path})})
 
 
 def _in_script(error: ValidationError, path: Path) -> str:

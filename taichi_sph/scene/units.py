@@ -151,6 +151,8 @@ _INERTIA = Unit("kg*m^2", "moment of inertia", "2e-6 kg*m^2")
 _RATE = Unit("1/s", "rate", "100 s^-1")
 _STIFFNESS = Unit("N/m", "stiffness", "3 kN/m")
 _DAMPING = Unit("N*s/m", "damping", "20 N*s/m")
+_KELVIN = Unit("K", "temperature", "293 K")
+_CAPACITY = Unit("J/(kg*K)", "heat capacity", "383 J/(kg*K)")
 _ONE = Unit("", "pure number", "0.2")
 
 Length = Annotated[float, _validator(_METRE), _METRE]
@@ -168,6 +170,8 @@ Density = Annotated[float, _validator(_DENSITY), _DENSITY]
 Rate = Annotated[float, _validator(_RATE), _RATE]
 Stiffness = Annotated[float, _validator(_STIFFNESS), _STIFFNESS]
 Damping = Annotated[float, _validator(_DAMPING), _DAMPING]
+Temperature = Annotated[float, _validator(_KELVIN), _KELVIN]
+Capacity = Annotated[float, _validator(_CAPACITY), _CAPACITY]
 Dimensionless = Annotated[float, _validator(_ONE), _ONE]
 
 _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}

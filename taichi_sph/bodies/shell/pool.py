@@ -224,6 +224,8 @@ class MaterialPool(Pool):
     a scene does not ask for is not compiled. All bodies of a pool have the same laws (build.laws).
     """
 
+    constants = CONSTANTS
+
     def __init__(self, sheets: Sequence[Sheet], bends: bool, name: str = "material"):
         super().__init__(name)
         self.sheets, self.bends = sheets, bends
@@ -235,7 +237,7 @@ class MaterialPool(Pool):
         self.breaks = one.critical_damage is not None
         rows = [self._constants(sheet) for sheet in sheets]
         for key in rows[0]:
-            unit, doc = CONSTANTS[key]
+            unit, doc = self.constants[key]
             setattr(self, key, self.field(key, len(rows), unit=unit, doc=doc))
             runtime.put(getattr(self, key), np.array([row[key] for row in rows]))
         if self.yields:

@@ -160,6 +160,9 @@ class Shell(Body):
             raise ValueError(
                 f"motion = 'in_plane' is for bodies parallel to z = 0, and shell '{self.name}' has another normal; set motion = 'free'"
             )
+        for key, law in (("damage", self.material.damage), ("strength.heat", getattr(self.material.strength, "heat", None))):
+            if law is not None and getattr(law, "kind", "heat") in ("concrete", "heat"):
+                raise ValueError(f"material.{key}: '{getattr(law, 'kind', 'heat')}' is a law of solids, and '{self.name}' is a shell")
         if self.motion == "in_plane" and self.material.strength is not None and self.material.strength.layers is not None:
             raise ValueError(f"material.strength.layers: shell '{self.name}' has motion = 'in_plane' and is not bent; leave them out")
         for number, section in enumerate(self.sections):
