@@ -46,6 +46,7 @@ SPACING = {"draft": 2.05e-3, "standard": 1.45e-3, "paper": 1.0e-3}  # m; draft: 
 HOLES = {"E14": 0.014, "E20": 0.020}  # m
 BASE, HIGH, RADIUS = 0.025, 0.205, 0.040  # m: thickness of the base, height with it, inner radius
 CHARIOT, G = 245.0, 9.81
+TRAVEL = 0.05  # m, of the piston at most
 SENSOR, ABOVE = 3e-3, 25e-3  # m: radius, height over the base
 SOUND, STEEL, POISSON, OUTER = 1450.0, 211e9, 0.3, 0.055
 
@@ -78,8 +79,9 @@ def scene(
     tube = {"start": (0, 0, 0), "end": (0, 0, height + reach), "radius": RADIUS}
     top, guide = height + 0.1, (1e3, 1e3, 1e3)
 
-    def fixed(name: str, z: float, *faces: DiscFace | TubeFace) -> Rigid:
-        return Rigid(name=name, mass=1.0, held=True, pinballs=[Pinball(centre=(2 * RADIUS, 0, z), radius=5e-3)], faces=faces)
+    def fixed(name: str, z: float, *faces: DiscFace | TubeFace, balls: list[Pinball] | None = None) -> Rigid:
+        away = [Pinball(centre=(2 * RADIUS, 0, z), radius=5e-3)]  # a body has a ball, and water sees the faces
+        return Rigid(name=name, mass=1.0, held=True, pinballs=balls or away, faces=faces)
 
     return Scene(
         name="piston",
@@ -96,7 +98,7 @@ def scene(
         ],
         walls=[] if whole else [Wall(point=(0, 0, 0), normal=(1, 0, 0)), Wall(point=(0, 0, 0), normal=(0, 1, 0))],
         rigids=[
-            fixed("cylinder", 0.1, TubeFace(**tube, within=(*kept, Outside(of=spot)))),
+            fixed("cylinder", 0.1, TubeFace(**tube, within=(*kept, Outside(of=spot))), balls=way(d, height, whole)),
             fixed("sensor", 0.05, TubeFace(**tube, within=(*kept, spot))),
             fixed(
                 "base",
@@ -123,7 +125,7 @@ def scene(
                 pinballs=[Pinball(centre=(0, 0, top + 0.1), radius=0.1)],
             ),
         ],
-        meetings=[Meeting(between=("piston", "chariot"), meet=False)],
+        meetings=[Meeting(between=("piston", other), meet=False) for other in ("chariot", "cylinder")],
         springs=[
             Spring(
                 name="stem",
@@ -140,12 +142,25 @@ def scene(
     )
 
 
+def ring(d: float, whole: bool) -> list[tuple[float, float]]:
+    """Directions around the axis, about d apart on the wall."""
+    n = math.ceil(0.5 * math.pi * RADIUS / d)
+    turns = [0.5 * math.pi * (k + 0.5) / n for k in range(4 * n if whole else n)]
+    return [(math.cos(turn), math.sin(turn)) for turn in turns]
+
+
 def seal(d: float, height: float, whole: bool) -> list[Pinball]:
     """Balls that touch the rim of the piston's face from above: pressure alone does not keep the gap to the cylinder tight."""
     ball = 1.2 * d
-    n = math.ceil(0.5 * math.pi * RADIUS / (0.5 * d))
-    turns = [0.5 * math.pi * (k + 0.5) / n for k in range(4 * n if whole else n)]
-    return [Pinball(centre=(RADIUS * math.cos(turn), RADIUS * math.sin(turn), height + ball), radius=ball) for turn in turns]
+    return [Pinball(centre=(RADIUS * x, RADIUS * y, height + ball), radius=ball) for x, y in ring(0.5 * d, whole)]
+
+
+def way(d: float, height: float, whole: bool) -> list[Pinball]:
+    """Balls behind the wall where the piston goes: it ploughs water along, which would press itself into the wall."""
+    ball = 4 * d
+    rows = math.ceil(TRAVEL / (1.5 * d))
+    heights = [height + 2 * d - 1.5 * d * k for k in range(rows + 1)]
+    return [Pinball(centre=((RADIUS + ball) * x, (RADIUS + ball) * y, z), radius=ball) for x, y in ring(1.5 * d, whole) for z in heights]
 
 
 def quantities(specimen: str, velocity: float, piston: float, stem: float) -> list[Quantity]:
@@ -187,7 +202,7 @@ def quantities(specimen: str, velocity: float, piston: float, stem: float) -> li
         Quantity(name="axial_speed", unit="m/s", options={**exit_, "start": 0.6e-3, "end": 1.2e-3}),
         Quantity(name="axial_speed", unit="m/s", options={**exit_, **late}, **measured.get("jet", {})),
         Quantity(name="front_speed", unit="m/s", options={"start": 1e-3, "end": 2.5e-3}),
-        Quantity(name="face_frequency", unit="Hz", options={**sensor, "start": 0.5e-3}, **measured.get("frequency", {})),
+        Quantity(name="face_frequency", unit="Hz", options={**sensor, "start": 0.5e-3, "low": 1000.0}, **measured.get("frequency", {})),
     ]
 
 
