@@ -60,7 +60,7 @@ def test_a_piston_sends_its_wave_down_a_tube():
     radius, height, d, speed = 0.012, 0.03, 1.5e-3, 2.0
     kept = (Box(lo=(0, 0, None)),)
     ball = [Pinball(centre=(0, 0, height + 0.02), radius=0.01)]
-    far = [Pinball(centre=(0.05, 0, 0), radius=0.01)]
+    far = [[Pinball(centre=(x, 0, 0), radius=0.01)] for x in (0.05, 0.08)]
     tube = TubeFace(start=(0, 0, 0), end=(0, 0, height + 5 * d), radius=radius, within=kept)
     floor = DiscFace(centre=(0, 0, 0), normal=(0, 0, 1), radius=radius, within=kept)
     face = DiscFace(centre=(0, 0, height), normal=(0, 0, -1), radius=radius, within=kept)
@@ -71,8 +71,8 @@ def test_a_piston_sends_its_wave_down_a_tube():
             fluids=[Fluid(name="water", fill=FluidRound(columns=[(radius, 0, height)], quarter=True), alpha=0.5, beta=1.0)],
             walls=[Wall(point=(0, 0, 0), normal=(1, 0, 0)), Wall(point=(0, 0, 0), normal=(0, 1, 0))],
             rigids=[
-                Rigid(name="tube", mass=1.0, held=True, pinballs=far, faces=[tube]),
-                Rigid(name="floor", mass=1.0, held=True, pinballs=far, faces=[floor]),
+                Rigid(name="tube", mass=1.0, held=True, pinballs=far[0], faces=[tube]),
+                Rigid(name="floor", mass=1.0, held=True, pinballs=far[1], faces=[floor]),
                 Rigid(name="piston", mass=1.0, driven=Driven(velocity=(0, 0, -speed)), pinballs=ball, faces=[face, skirt]),
             ],
         )
