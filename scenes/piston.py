@@ -42,7 +42,7 @@ from taichi_sph.scene import (
     Water,
 )
 
-SPACING = {"draft": 2.05e-3, "standard": 1.45e-3, "paper": 1.0e-3}  # m; draft: T's
+SPACING = {"draft": 2.9e-3, "standard": 2.05e-3, "paper": 1.45e-3}  # m; standard: T's
 HOLES = {"E14": 0.014, "E20": 0.020}  # m
 BASE, HIGH, RADIUS = 0.025, 0.205, 0.040  # m: thickness of the base, height with it, inner radius
 CHARIOT, G = 245.0, 9.81
