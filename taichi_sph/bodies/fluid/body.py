@@ -37,6 +37,7 @@ from .walls import Walls
 LIMIT = 0.515  # h / c: the step that is stable with alpha up to 1.5 (docs/method.md)
 ALONG = 1.22  # 1 / gamma of a layer at D/2 (couplings/wetted/wetted.py): so much faster it swings along the wall
 STIFF = 1.41  # (2 D w)^2 of a layer at D/4, where pinballs stop it (couplings/wetted/wetted.py)
+LIMITER = 3.0  # of Zhang, Hu and Adams 2017
 SWING = 0.64  # omega dt, some room below 0.70
 ANY = -1e301  # Pa, the least pressure of a fluid that bears any tension
 
@@ -55,8 +56,11 @@ def constants(fluid: Fluid, own: float, spacing: float) -> np.ndarray:
         0.01 * whole * whole,
         own,
     )
-    found[columns.LINEAR] = fluid.alpha * water.density * water.sound * h
-    found[columns.QUADRATIC] = fluid.beta * water.density * h * h
+    if fluid.dissipation == "riemann":
+        found[columns.LINEAR], found[columns.QUADRATIC] = water.density * water.sound, LIMITER * water.density
+    else:
+        found[columns.LINEAR] = fluid.alpha * water.density * water.sound * h
+        found[columns.QUADRATIC] = fluid.beta * water.density * h * h
     found[columns.DIFFUSION] = 2.0 * fluid.delta * h / (water.density * water.sound)
     return found
 
@@ -100,7 +104,8 @@ class FluidBody(Pool):
         self.points = points
         self.surroundings: Surroundings | None = None
         cut = bool((self.constants[:, columns.LEAST] > ANY).any())
-        self.pairs = FluidPairs(p, self.near, self.walls, self.support, self.law is eos_tait, cut, self.gravity, self.origin)
+        riemann = self.fluids[0].dissipation == "riemann"
+        self.pairs = FluidPairs(p, self.near, self.walls, self.support, self.law is eos_tait, cut, riemann, self.gravity, self.origin)
         self.reducer = Reducer(p.n, f"{name}.reduce")
         self.compressed = self.injected = self.fallen_from = self.dt = 0.0
 

@@ -27,7 +27,7 @@ from ...geometry.surfaces import mesh_key
 from ...scene.schema import Scene
 from ...scene.surfaces import CappedTank, Cylinder, Shaped, Surface
 from ..shell.sections import sheets_of
-from .said import Fluid, FluidBox
+from .said import Fluid, FluidBox, FluidRound
 
 AXES = {"x": 0, "y": 1, "z": 2}
 CONTACT = {None: 0.5, "pinballs": 0.74}  # of D_0: where a particle stands at a sound shell (docs/method.md)
@@ -128,6 +128,8 @@ def fill(
         lo, hi = np.array(fluid.fill.lo), np.array(fluid.fill.hi)
         n = np.maximum(1, np.round((hi - lo) / d).astype(int))
         return Filling(_lattice(lo + 0.5 * (hi - lo) / n, (hi - lo) / n, n), fluid.fill.volume, d, fluid.water.density)
+    if isinstance(fluid.fill, FluidRound):
+        return Filling(_rings(fluid.fill, d), fluid.fill.volume, d, fluid.water.density)
     assert mesh is not None, "what fills a shell needs its mesh"
     if (mesh.edges.sides[:, 1] < 0).any():
         _check_lids(fluid, mesh, surface)
@@ -264,6 +266,24 @@ def _lattice(first: np.ndarray, step: np.ndarray, n: np.ndarray) -> np.ndarray:
     """(N, 3) points first + step * k, the last axis slowest."""
     z, y, x = np.meshgrid(*(np.arange(k) for k in n[::-1]), indexing="ij")
     return first + step * np.column_stack([x.ravel(), y.ravel(), z.ravel()])
+
+
+def _rings(filled: FluidRound, d: float) -> np.ndarray:
+    """(N, 3) rings of particles about an axis, each particle with the same volume; the first ones stand d/2 off the walls."""
+    columns = []
+    for radius, low, high in filled.columns:
+        layers, rings = max(1, round((high - low) / d)), max(1, round(radius / d))
+        quarter = max(1, round(0.25 * np.pi * (radius / d) ** 2))  # of a layer
+        within = np.maximum(np.round(quarter * ((np.arange(rings + 1)) / rings) ** 2), np.arange(rings + 1)).astype(int)
+        edges = radius * np.sqrt(within / within[-1])
+        plane = []
+        for inner, outer, n in zip(edges, edges[1:], np.diff(within)):
+            turn = 0.5 * np.pi * (np.arange(n if filled.quarter else 4 * n) + 0.5) / n
+            plane.append(0.5 * (inner + outer) * np.column_stack([np.cos(turn), np.sin(turn)]))
+        across = np.concatenate(plane) + np.array(filled.at)
+        z = low + (high - low) * (np.arange(layers) + 0.5) / layers
+        columns.append(np.column_stack([np.tile(across, (layers, 1)), np.repeat(z, len(across))]))
+    return np.concatenate(columns)
 
 
 def _crossings(xy: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

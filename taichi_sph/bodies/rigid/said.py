@@ -8,9 +8,10 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field, StrictBool, model_validator
 
-from ...scene.base import Body, Frozen, Point
+from ...scene.base import Body, Choice, Frozen, Point
 from ...scene.histories import History, Step, factor
 from ...scene.kinds import Kind
+from ...scene.regions import Region
 from ...scene.surfaces import Surface
 from ...scene.units import Density, Dimensionless, Inertia, Length, Mass, Speed, Spin
 
@@ -22,6 +23,43 @@ class Pinball(Frozen):
 
     centre: Point
     radius: Annotated[Length, Field(gt=0)]
+
+
+class DiscFace(Frozen):
+    """A flat round face about `centre` that faces water along `normal` (any length), with a round `hole` of that radius in its middle.
+    `within`: of its points at t = 0, those that lie in all these regions."""
+
+    kind: Literal["disc"] = "disc"
+    centre: Point
+    normal: tuple[float, float, float]
+    radius: Annotated[Length, Field(gt=0)]
+    hole: Annotated[Length, Field(ge=0)] = 0.0
+    within: tuple[Region, ...] = ()
+
+    @model_validator(mode="after")
+    def _believable(self) -> DiscFace:
+        if not any(self.normal):
+            raise ValueError("normal is (0, 0, 0): give the direction from the face to the water")
+        if self.hole >= self.radius:
+            raise ValueError(f"hole {self.hole:g} m is not smaller than the radius {self.radius:g} m: nothing is left of the face")
+        return self
+
+
+class TubeFace(Frozen):
+    """A round tube from `start` to `end` on its axis, with `water` inside or outside; `within` as of a disc."""
+
+    kind: Literal["tube"] = "tube"
+    start: Point
+    end: Point
+    radius: Annotated[Length, Field(gt=0)]
+    water: Literal["inside", "outside"] = "inside"
+    within: tuple[Region, ...] = ()
+
+    @model_validator(mode="after")
+    def _believable(self) -> TubeFace:
+        if self.start == self.end:
+            raise ValueError("start and end are one point: the tube has no length")
+        return self
 
 
 class Driven(Frozen):
@@ -61,6 +99,9 @@ class Rigid(Body):
     by their volumes. `restitution` is Newton's, between this body and another rigid one (the larger of the two
     counts, and what `meetings` say of the pair before both): 0 is plastic, 1 elastic; what is deformable bounces by itself. It has no step
     of its own: a rigid body moves with the fastest of the others.
+
+    `faces`: what water presses on, in place of the pinballs. Together they close what is solid as far as the water's kernel reaches:
+    w of couplings/wetted is a closed integral.
     """
 
     what: ClassVar[str] = "rigid body"
@@ -78,6 +119,7 @@ class Rigid(Body):
     restitution: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.0
     held: StrictBool = False
     driven: Driven | None = None
+    faces: tuple[Annotated[DiscFace | TubeFace, *Choice], ...] = ()
 
     @model_validator(mode="after")
     def _believable(self) -> Rigid:
@@ -95,6 +137,8 @@ class Rigid(Body):
         if bool(self.pinballs) == (self.surface is not None):
             what = "both given: leave one out" if self.pinballs else "missing: give one of them"
             raise ValueError(f"pinballs and surface of rigid '{self.name}' are {what}")
+        if self.faces and self.surface is not None:
+            raise ValueError(f"faces of rigid '{self.name}': water presses on its surface already; leave one out")
         if self.mass is not None and self.density is not None:
             raise ValueError(f"mass and density of rigid '{self.name}' are both given: leave one out")
         if self.mass is None and (self.density is None or self.pinballs) and self.free:

@@ -1,4 +1,4 @@
-"""The surface of rigid bodies for water: even points on the outside of their pinballs."""
+"""The surface of rigid bodies for water: even points on their faces, or on the outside of their pinballs."""
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
@@ -11,6 +11,7 @@ from ...numerics.turns import turned
 from ...pool import Pool
 from ...runtime import ti
 from ..wettable import SurfacePoints
+from .faces import points as face_points
 from .pool import spin_of
 from .said import Rigid
 from .solid import Solid
@@ -68,8 +69,11 @@ def surface(body: Solid, spacing: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _of_pinballs(body: Rigid, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """(K, 3) points on the outside of a body's pinballs, from its centre of mass [m], and (K, 3) vector areas outward
-    [m2], at t = 0: even points on each sphere, about `spacing` [m] apart, those inside another pinball left out."""
+    """(K, 3) points, from the centre of mass of a body [m], and (K, 3) vector areas outward [m2], at t = 0, about `spacing` [m] apart: on
+    its faces, or where none are said on the outside of its pinballs; even ones on each sphere, those inside another pinball left out."""
+    if body.faces:
+        made = [face_points(face, spacing) for face in body.faces]
+        return np.concatenate([x for x, _ in made]) - body.centre, np.concatenate([a for _, a in made])
     points, areas = [], []
     for one in body.pinballs:
         n = max(24, int(np.ceil(4 * np.pi * one.radius**2 / spacing**2)))

@@ -68,7 +68,8 @@ class SolidMaterial(MaterialPool):
         values |= {"lame": lame, "shear": shear, "bulk": lame + 2.0 / 3.0 * shear, "density": m.density, "least": LEAST}
         values |= {"sound": float(np.sqrt((lame + 2.0 * shear) / m.density)), "viscous": float(self.viscous[next(self.rows)])}
         if self.heats:
-            heat: Any = m.strength.heat
+            strength: Any = m.strength
+            heat = strength.heat
             values |= {"room": heat.room, "melting": heat.melting, "softening": heat.m, "warms": heat.share / (m.density * heat.capacity)}
         return values
 

@@ -13,7 +13,7 @@ from ...errors import SceneError, nearest
 from ...scene import Scene
 from ...scene.check import shortened
 from ..folder import RunFolder
-from . import cracks, fluid, fragments, leak, perforation, plates, solids, waves
+from . import column, cracks, fluid, fragments, leak, perforation, plates, solids, waves
 
 Measure = Callable[..., float | None]
 
@@ -72,6 +72,12 @@ MEASURES: dict[str, tuple[Measure, str]] = {  # name -> function, unit
     "body_length": (solids.body_length, "m"),
     "body_diameter": (solids.body_diameter, "m"),
     "layer_pressure": (fluid.layer_pressure, "Pa"),
+    "face_pressure": (column.face_pressure, "Pa"),
+    "face_pressure_peak": (column.face_pressure_peak, "Pa"),
+    "face_frequency": (column.face_frequency, "Hz"),
+    "axial_speed": (column.axial_speed, "m/s"),
+    "front_speed": (column.front_speed, "m/s"),
+    "column_ratio": (column.column_ratio, ""),
 }
 
 
