@@ -2,11 +2,13 @@
 
 import ast
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from taichi_sph import runtime
+from taichi_sph.couplings.arlequin.coupling import couplings
 from taichi_sph.errors import SceneError
 from taichi_sph.numerics import doubles
 from taichi_sph.numerics.cells import CellGrid, running
@@ -34,15 +36,24 @@ def test_doubles_are_refused_before_anything_is_started():
         runtime.start("vulkan", "f64")
 
 
+def test_patches_are_refused(monkeypatch):
+    """A tie solves its constraints in one thread."""
+    monkeypatch.setattr(runtime, "current", lambda: SimpleNamespace(arch="vulkan"))
+    scene = SimpleNamespace(shells=[SimpleNamespace(name="tank", patch=object())])
+    with pytest.raises(SceneError, match="patch of shell 'tank' is not possible on 'vulkan'"):
+        couplings(scene, [], [])
+
+
 # Loops of one thread that a shader may run, and what keeps them short; whoever adds one adds its twin for devices (runtime.one_by_one)
 SHORT = {
     "couplings/contact/multipliers.py": {"_wear": "bodies", "_measure": "bodies", "_error": "bodies"},
+    "couplings/arlequin/tie.py": {"_solve": "refused on shaders"},
     "bodies/rigid/port.py": {"_look": "pinballs, whose pairs are counted by their square"},
     "bodies/shell/instead/statics.py": {"_sum": "statics are of some ten thousand nodes"},
 }
 TWINS = {
     "numerics/neighbours.py": {"_sort"}, "numerics/cells.py": {"_sort", "_running"}, "couplings/wetted/wetted.py": {"_turn_round"},
-    "couplings/contact/pairs.py": {"_keep", "_incidence"}, "bodies/shell_sph/links.py": {"_transpose"},
+    "couplings/contact/pairs.py": {"_keep", "_incidence"}, "couplings/contact/multipliers.py": {"_solve_here"}, "bodies/shell_sph/links.py": {"_transpose"},
 }  # fmt: skip
 
 

@@ -111,36 +111,3 @@ def test_the_gauge_counts_what_has_left_and_nothing_else():
     x[follow, 0] += 0.015
     runtime.put(sim.fluid.p.x, x)
     assert follow.any() and sim.leak.look(sim.time)["escaped_count"] == 0
-
-
-def test_pairs_are_put_in_order_in_numpy_as_in_the_kernel(monkeypatch):
-    """Devices that run no long loop of one thread (runtime.one_by_one) have the list of movers, the parts and what is kept all the same."""
-    ball = Rigid(name="ball", mass=0.1, velocity=(0, 0, -10.0), pinballs=[Pinball(centre=(0.1, 0, 0.081), radius=0.03)])
-    sim = start(can(velocity=(30.0, 0, 10.0), rigids=[ball]))
-    sim.advance(5)
-    contact = sim.contact
-    pairs, port = contact.pairs, contact.port
-
-    def listed():
-        pairs.list_movers()
-        n, who = pairs.n, pairs.n_who
-        lengths = {"first": who + 1, "part": who, "entry": 2 * n, "a": n, "b": n, "root": port.n_bodies}
-        found = {name: runtime.get(getattr(pairs, name), length).tolist() for name, length in lengths.items()}
-        return found | {"who": runtime.get(port.who, who).tolist(), "whose": runtime.get(port.whose, who).tolist(), "n": who,
-                        "bounds": pairs.bounds.tolist(), "turning": port.turning}  # fmt: skip
-
-    def dropped(body):
-        pairs._drop(np.array([body]))
-        return [runtime.get(getattr(pairs, name), pairs.n).tolist() for name in ("ball", "other", "flat", "p")]
-
-    state = sim.state()
-    by_kernel = listed()
-    assert by_kernel["n"] > 100 and set(by_kernel["root"]) == {0}
-    kept_by_kernel = dropped(port.names.index("ball"))
-    assert 0 < len(kept_by_kernel[0]) < len(by_kernel["a"])
-    sim.restore(state)
-    monkeypatch.setattr(runtime, "one_by_one", lambda: False)
-    assert listed() == by_kernel
-    assert dropped(port.names.index("ball")) == kept_by_kernel
-    pairs.n = 0
-    assert listed()["n"] == 0

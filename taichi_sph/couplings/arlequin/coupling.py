@@ -28,8 +28,12 @@ from .tie import SWEEPS, Tie
 
 
 def couplings(scene: Scene, groups: Sequence[Group], own: Sequence[Any]) -> list[ArlequinCoupling]:
-    """One for each shell of elements with a patch."""
+    """One for each shell of elements with a patch. SceneError on devices whose shaders cut the long sums of its factor off."""
     patched = [shell for shell in scene.shells if shell.patch is not None]
+    if patched and not runtime.functions_of_64_bits():
+        raise SceneError(
+            f"arch: the patch of shell '{patched[0].name}' is not possible on '{runtime.current().arch}'; use --arch cpu or cuda"
+        )
     return [ArlequinCoupling(scene, groups, shell.name, k) for k, shell in enumerate(patched, start=1)]
 
 

@@ -201,21 +201,24 @@ class Pairs(Pool):
         """The same as `_keep`, in NumPy."""
         port = self.port
         due, body = runtime.get(port.due, port.n_bodies), runtime.get(port.body, port.n)
-        one, other = self._sides()
-        keep = due[body[one]] + due[body[other]] == 0
-        for field in (self.ball, self.other, self.flat, self.p):
+        keep = due[body[self._movers()[:, :2]]].sum(axis=1) == 0
+        for field in (self.ball, self.other, self.sort, self.p, *([self.q] if self.table.rubs else [])):
             runtime.put(field, runtime.get(field, self.n)[keep])
         return int(keep.sum())
 
-    def _sides(self) -> tuple[np.ndarray, np.ndarray]:
-        """Movers of the ball and of the other, of each pair."""
-        port = self.port
-        mover = runtime.get(port.ball_mover, port.n_balls)
-        other, flat = runtime.get(self.other, self.n), runtime.get(self.flat, self.n) == 1
-        movers = np.zeros(self.n, np.int32)
-        movers[~flat] = mover[other[~flat]]
-        movers[flat] = runtime.get(port.disc_mover, port.n_discs)[other[flat]]
-        return mover[runtime.get(self.ball, self.n)], movers
+    def _movers(self) -> np.ndarray:
+        """(n, sides) movers on the sides of each pair, -1 where there is none: `_side`, in NumPy."""
+        port, get = self.port, runtime.get
+        other, sort = get(self.other, self.n), get(self.sort, self.n)
+        balls, discs = get(port.ball_mover, port.n_balls), get(port.disc_mover, max(port.n_discs, 1))
+        movers = np.full((self.n, self.sides), -1, np.int32)
+        movers[:, 0] = balls[get(self.ball, self.n)]
+        movers[sort == BALL, 1] = balls[other[sort == BALL]]
+        movers[sort == DISC, 1] = discs[other[sort == DISC]]
+        if port.thin:
+            corners = get(port.face_disc, port.n_faces)[other[sort == FACE]]
+            movers[sort == FACE, 1:] = np.where(corners < 0, -1, discs[corners])
+        return movers
 
     def list_movers(self) -> None:
         """The list of the port and the pairs of each mover on it, from the list of pairs."""
@@ -233,17 +236,19 @@ class Pairs(Pool):
     def _incidence(self) -> None:
         """The same as `_incidence`, in NumPy."""
         port, put = self.port, runtime.put
-        sides = self._sides()
+        movers = self._movers()
         body = runtime.get(port.body, port.n)
         root, before = np.arange(port.n_bodies, dtype=np.int32), None
-        one, other = np.unique(np.sort(np.stack([body[side] for side in sides]), axis=0), axis=1)
+        one, other = np.unique(body[movers[:, :2]], axis=0).T
         while before is None or (root != before).any():  # each link hands the smaller number on
             before = root.copy()
             np.minimum.at(root, other, root[one])
             np.minimum.at(root, one, root[other])
             root = root[root]
-        mover = np.stack(sides, axis=1).ravel()  # of entry 2 pair + side
-        who, place, count = np.unique(mover, return_inverse=True, return_counts=True)
+        entry = np.flatnonzero(movers >= 0)  # its number is `sides` pair + side
+        mover = movers.ravel()[entry]
+        who, count = np.unique(mover, return_counts=True)
+        place = np.searchsorted(who, movers).astype(np.int32)
         self.n_who = len(who)
         self.bounds = np.searchsorted(who, self.movers)
         put(self.root, root)
@@ -251,9 +256,11 @@ class Pairs(Pool):
         put(port.whose, body[who])
         put(self.part, root[body[who]])
         put(self.first, np.concatenate([[0], np.cumsum(count)]).astype(np.int32))
-        put(self.entry, np.argsort(mover, kind="stable").astype(np.int32))
-        put(self.a, place[0::2].astype(np.int32))
-        put(self.b, place[1::2].astype(np.int32))
+        put(self.entry, entry[np.argsort(mover, kind="stable")].astype(np.int32))
+        put(self.a, place[:, 0])
+        put(self.b, place[:, 1])
+        if port.thin:
+            put(self.corner, np.where(movers[:, 1:] < 0, place[:, [1, 2, 3, 3]], place[:, 1:]))  # of a triangle the last one twice
 
     def renew(self) -> None:
         self.list_movers()
