@@ -172,7 +172,8 @@ def scattered(body: BodyFrame) -> np.ndarray:
     corner = body.cells >= 0
     some, alive = np.zeros((2, len(body.points)), dtype=bool)
     some[body.cells[corner]] = True
-    alive[body.cells[kept(body)][corner[kept(body)]]] = True
+    whole = np.asarray(body.cell_data.get("broken", np.zeros(len(body.cells)))) == 0
+    alive[body.cells[whole][corner[whole]]] = True
     return some & ~alive
 
 

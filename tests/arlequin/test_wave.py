@@ -8,16 +8,16 @@ from taichi_sph.scene import Box, Plate
 
 from .scenes import of_nodes, patched, start, tied
 
-HALF_LENGTH = 70.0  # elements on either side
-
 
 def thrown_back(waves: float, from_elements: bool, n: int = 5, **more) -> float:
     """Share of the energy of a packet of `waves` elements a wave that stays on its side of a strip."""
-    surface, where = Plate(length=2 * HALF_LENGTH, width=1.0), (Box(lo=(HALF_LENGTH, None, None)),)
+    wide = 1.5 * waves
+    half = round(6 * wide)  # elements on either side
+    surface, where = Plate(length=2 * half, width=1.0), (Box(lo=(half, None, None)),)
     sim = start(patched(surface, where, 1.0, n, motion="in_plane", thickness=1.0, material={"poisson": 0.0}, duration=1.0, **more))
     coupling, sound = tied(sim), float(sim.groups[0].sound.min())
-    k, wide, way = 2 * np.pi / waves, 1.5 * waves, 1.0 if from_elements else -1.0
-    middle = HALF_LENGTH - 4.5 * wide if from_elements else HALF_LENGTH + 4.5 * wide
+    k, way = 2 * np.pi / waves, 1.0 if from_elements else -1.0
+    middle = half - 3 * way * wide
     pace = sound * (np.sin(k / 2) / (k / 2) if from_elements else 1.0)  # of the lattice of elements
     for group in sim.groups:
         s = group.mesh.points[:, 0] - middle
@@ -28,10 +28,10 @@ def thrown_back(waves: float, from_elements: bool, n: int = 5, **more) -> float:
         runtime.put(group.nodes.u, u)
         runtime.put(group.nodes.v, v)
     whole = sum(float((of_nodes(group, "mass")[:, None] * of_nodes(group, "v") ** 2).sum()) for group in sim.groups)
-    sim.advance_to(9.0 * wide / sound)
+    sim.advance_to(6.0 * wide / pace)
     own = coupling.elements if from_elements else coupling.particles
     mass, v, x = of_nodes(own, "mass"), of_nodes(own, "v"), own.mesh.points[:, 0]
-    here = x < HALF_LENGTH - 1.5 if from_elements else x > HALF_LENGTH + 1.5
+    here = x < half - 1.5 if from_elements else x > half + 1.5
     return float((mass[here, None] * v[here] ** 2).sum()) / whole
 
 
