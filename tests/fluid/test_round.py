@@ -57,10 +57,10 @@ def test_a_piston_sends_its_wave_down_a_tube():
     bears twice that once the wave is there. The ledger closes."""
     from taichi_sph.world.world import World
 
-    radius, height, d, speed = 0.012, 0.03, 1.5e-3, 2.0
+    radius, height, d, speed = 0.021, 0.03, 1.5e-3, 2.0  # 28 D wide, as the cylinder of scenes/piston.py
     kept = (Box(lo=(0, 0, None)),)
     ball = [Pinball(centre=(0, 0, height + 0.02), radius=0.01)]
-    far = [[Pinball(centre=(x, 0, 0), radius=0.01)] for x in (0.05, 0.08)]
+    far = [[Pinball(centre=(x, 0, 0), radius=0.01)] for x in (0.06, 0.09)]
     tube = TubeFace(start=(0, 0, 0), end=(0, 0, height + 5 * d), radius=radius, within=kept)
     floor = DiscFace(centre=(0, 0, 0), normal=(0, 0, 1), radius=radius, within=kept)
     face = DiscFace(centre=(0, 0, height), normal=(0, 0, -1), radius=radius, within=kept)
