@@ -29,7 +29,10 @@ def _wrapper(width: int) -> Any:
 
 def _inside_class(level_of_class_stackframe: int) -> bool:
     """Whether a decorator stands inside a class: the line of that frame says so. Taichi asks `inspect`, which goes through all modules."""
-    frame = sys._getframe(level_of_class_stackframe)
+    try:
+        frame = sys._getframe(level_of_class_stackframe)
+    except ValueError:  # a kernel made by the program itself
+        return False
     line = linecache.getline(frame.f_code.co_filename, frame.f_lineno).strip()
     return any(pattern.match(line) for pattern in kernel_impl._KERNEL_CLASS_STACKFRAME_STMT_RES)
 
