@@ -25,10 +25,13 @@ def tee(**more) -> Scene:
     return Scene(name="tee", title="", source="tests", **options)
 
 
-def test_a_rib_stiffens_its_plate():
-    """The first bending mode of a free tee section, E I about its own axis: 6 times the frequency of the plate alone."""
+@pytest.mark.parametrize(("spacing", "within"), [(D, 0.05), pytest.param(0.5 * D, 0.02, marks=pytest.mark.long)])
+def test_a_rib_stiffens_its_plate(spacing, within):
+    """The first bending mode of a free tee section, E I about its own axis: 6 times the frequency of the plate alone. Shear, which the rib
+    bears alone, takes 2 % (Timoshenko); two cells across the rib leave 4 %, four half of that."""
     kick = {"velocity": (0, 0, 0.5), "pulse": Pulse(centre=0.5 * L, width=0.25 * L)}
-    scene = tee(initial=[InitialVelocity(body="plate", **kick), InitialVelocity(body="rib", **kick)])
+    numerics = Numerics(spacing=spacing)
+    scene = tee(numerics=numerics, initial=[InitialVelocity(body="plate", **kick), InitialVelocity(body="rib", **kick)])
     plan(scene)
     sim = start(scene)
     X, mass = sim.shell.mesh.points, runtime.get(sim.shell.nodes.mass, sim.shell.nodes.n).astype(float)
@@ -48,12 +51,13 @@ def test_a_rib_stiffens_its_plate():
     A, S = E * (W + H), E * H * 0.5 * H
     I = E * H**3 / 3 + W * E**3 / 12 - S**2 / A
     exact = beta**2 * np.sqrt(ROD.young * I / (ROD.density * A))
-    assert np.pi / np.diff(at).mean() == pytest.approx(exact, rel=0.04)
+    slow = beta**2 * I / A * (1 + 2 * 1.2 * A / (E * H))  # rotary inertia, and E / G = 2 over the area of the rib
+    assert np.pi / np.diff(at).mean() == pytest.approx(exact * (1 - 0.5 * slow), rel=within)
     v = mass @ runtime.get(sim.shell.nodes.v, sim.shell.nodes.n).astype(float)
     assert v == pytest.approx(v0, abs=1e-9 * abs(v0).max())
     now = X + runtime.get(sim.shell.nodes.u, sim.shell.nodes.n)
     seam = [now[body.nodes.rows][np.abs(X[body.nodes.rows] - [0, 0.5 * W, 0])[:, 1:].max(axis=1) < 1e-9] for body in sim.shell.shells]
-    assert len(seam[0]) == 41 and np.abs(seam[0] - seam[1]).max() < 1e-11
+    assert len(seam[0]) == round(L / spacing) + 1 and np.abs(seam[0] - seam[1]).max() < 1e-11
     assert abs(sim.energies()["closed_residual_percent"]) < 0.01
 
 

@@ -61,9 +61,10 @@ def test_a_sphere_breathes_on_its_gas(exponent):
     assert abs(sim.energies()["closed_residual_percent"]) < 0.5
 
 
+@pytest.mark.long
 def test_gas_above_water_has_what_the_water_leaves():
     tank = CappedTank(radius=0.2, length=0.4)
-    fluid = Fluid(name="water", fill=ShellFill(shell="ball", level=0.2), water=Water(sound=20.0))
+    fluid = Fluid(name="water", fill=ShellFill(shell="ball", level=0.2), water=Water(sound=20.0), spacing=0.05)
     scene = balloon(tank, shell={"thickness": 2e-3}, fluids=[fluid], numerics=Numerics(spacing=0.04), gravity=(0, 0, -9.81))
     plan(scene)
     gas = next(c for c in start(scene).couplings if hasattr(c, "gas"))

@@ -99,7 +99,7 @@ def _turned(mesh: SurfaceMesh) -> SurfaceMesh:
 def _balls(mesh: SurfaceMesh, spacing: float, key: str) -> tuple[np.ndarray, float]:
     """(B, 3) places of the balls behind a surface, and their radius [m]."""
     walls = triangles_of(mesh)
-    half = np.zeros(len(walls))
+    half, facing = np.zeros(len(walls)), np.cross(walls[:, 1] - walls[:, 0], walls[:, 2] - walls[:, 0])
     radius = RADIUS * spacing
     for _ in range(HALVINGS):
         at, areas = sampled(mesh, PITCH * radius)
@@ -107,9 +107,10 @@ def _balls(mesh: SurfaceMesh, spacing: float, key: str) -> tuple[np.ndarray, flo
             break
         normal = areas / np.linalg.norm(areas, axis=1)[:, None]
         places = moved_off(at - radius * normal, walls, half, radius)
-        away = np.linalg.norm(away_from(places, walls, 1.01 * radius)[0], axis=1)
-        behind = np.einsum("ni,ni->n", places - at, normal) < 0
-        if ((away > 0.95 * radius) & behind).all():
+        away, nearest = away_from(places, walls, 1.01 * radius)
+        near = np.isfinite(away).all(axis=1)  # the others are farther from the surface than a radius
+        behind = np.einsum("ni,ni->n", np.where(near[:, None], away, places - at), np.where(near[:, None], facing[nearest], normal)) < 0
+        if ((np.linalg.norm(away, axis=1) > 0.95 * radius) & behind).all():
             return places, radius
         radius *= 0.5
     else:
