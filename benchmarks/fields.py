@@ -23,9 +23,12 @@ SCENES = (
     ("plate_perforation", METAL),
     ("crack_branching", {"formulation": "collocation"}),
     ("plate_burst", {}),
+    ("fitted_tank", {}),
     ("clamped_plate", {"slenderness": 0.1, "nodes": "regular", "cells": "quad"}),
+    ("arlequin_bending", {"form": "coupled"}),
     ("plate_modes", {"edges": "free", "nodes": "regular"}),
     ("clamped_plate", {"slenderness": 0.1, "nodes": "regular", "cells": "quad", "formulation": "elements"}),
+    ("taylor_bar", {}),
     ("plate_perforation", METAL | {"numerics.formulation": {"kind": "elements", "points": 1}, "shells.0.material.critical_damage": None}),
 )
 HEAD = """# Fields

@@ -5,9 +5,10 @@ hull has the mass in steel. Johnson-Cook with Lemaitre-Chaboche damage and delay
 (kappa = 1). The end discs are clamped, and so are two patches of the rear wall at the frame.
 """
 
-from taichi_sph.scene import Box, Cylinder, Material, Pinball, PrescribedVelocity, Rigid, Shell, material
+from taichi_sph.scene import Ball, Box, Cylinder, FiniteElements, Material, Patch, Pinball, PrescribedVelocity, Rigid, Shell, material
 
 RADIUS, HEIGHT, THICKNESS = 0.15, 0.6, 1e-3  # m
+PATCH = 80e-3  # m, radius of the particles about a hole, where the rest is of elements
 BULLET, LENGTH, MASS, PINBALLS = 9e-3, 3.6e-3, 0.031, 4  # m, m between the first and the last pinball, kg
 
 
@@ -21,6 +22,13 @@ def tank(necks: bool, name: str = "tank", y: float = 0.0) -> Shell:
     """The tank on its bottom, its axis at (0, y) [m]."""
     surface = Cylinder(radius=RADIUS, length=HEIGHT, ends="discs", origin=(0, y, 0))
     return Shell(name=name, surface=surface, thickness=THICKNESS, material=steel(necks), motion="free")
+
+
+def tank_of_elements(necks: bool, spacing: float) -> Shell:
+    """The tank of finite elements three times as wide as particles are apart (`spacing` [m]), which stand where the bullet goes through."""
+    there = [Ball(centre=(x, 0, HEIGHT / 2), radius=PATCH) for x in (RADIUS, -RADIUS)]
+    said = {"formulation": FiniteElements(points=1), "spacing": 3 * spacing, "patch": Patch(where=there, spacing=spacing)}
+    return tank(necks).model_copy(update=said)
 
 
 def bullet(velocity: float, name: str = "bullet", y: float = 0.0) -> Rigid:

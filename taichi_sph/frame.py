@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 Kind = str  # of the body: "shell", "rigid", "fluid", or another one
-Form = Literal["surface", "field", "balls", "particles", "points"]
+Form = Literal["surface", "field", "solid", "balls", "particles", "points"]
 
 
 @dataclass(frozen=True)
@@ -25,8 +25,10 @@ class BodyFrame:
     cell_data: name -> (M,) or (M, k).
 
     kind "shell": cell_data holds "damage" [-], "broken" (uint8) and "rupture_time" [s, nan while sound]; a metal's
-    also "plastic", its cumulated plastic strain p [-], and "thickness" [m].
-    kind "rigid": the points are the centres of its pinballs; point_data holds "radius" (N,) [m].
+    also "plastic", its cumulated plastic strain p [-], and "thickness" [m]. Of a shell in parts, elements and particles,
+    "weight" [-] is what a cell counts, and "hidden" (uint8) is 1 for elements in whose place there are particles.
+    kind "rigid": the points are the centres of its pinballs; point_data holds "radius" (N,) [m]; of a body with a surface they
+    are the nodes of that, without cell_data.
     kind "fluid": point_data holds "pressure" [Pa], "density" [kg/m3], "diameter" (N,) [m] and "outside" (uint8, 1
     once a particle has left its tank).
     """
@@ -41,9 +43,9 @@ class BodyFrame:
     @property
     def form(self) -> Form:
         """What a body is made of, whatever its kind: cells of a surface; a field, cells of the plane of a section that particles with a
-        "diameter" fill; balls with a "radius"; particles with a "diameter"; points."""
+        "diameter" fill; a solid, cells without any data; balls with a "radius"; particles with a "diameter"; points."""
         if len(self.cells) or self.cell_data:  # a section may leave it no cell
-            return "field" if "diameter" in self.point_data else "surface"
+            return "field" if "diameter" in self.point_data else "surface" if self.cell_data else "solid"
         return "balls" if "radius" in self.point_data else "particles" if "diameter" in self.point_data else "points"
 
     @property

@@ -26,7 +26,11 @@ if TYPE_CHECKING:
 else:
     import taichi as ti
 
+from . import frontend
 from .errors import SceneError
+from .memory import Memory
+
+frontend.remember()
 
 ARCHS = ("cpu", "cuda", "vulkan", "metal")
 
@@ -38,6 +42,7 @@ class Runtime:
     arch: str
     real: object
     threads: int
+    memory: Memory | None  # of the CPU; elsewhere fields are copied by kernels
     bytes: int = 0
     fields: dict[str, int] = field(default_factory=dict)  # name -> bytes
 
@@ -67,7 +72,7 @@ def start(arch: str = "cpu", precision: str = "f64", threads: int | None = None)
     got = ti.cfg.arch
     if arch != "cpu" and got != getattr(ti, arch):
         raise SceneError(f"arch: {arch!r} was asked for, but this machine offers only {got}; use --arch cpu")
-    _current = Runtime(arch, real, threads or os.cpu_count() or 1)
+    _current = Runtime(arch, real, threads or os.cpu_count() or 1, Memory() if arch == "cpu" else None)
     return _current
 
 
@@ -141,6 +146,9 @@ def new(name: str, n: int, vector: int = 0, dtype: str = "real", again: bool = T
 
 def put(target: Any, values: np.ndarray) -> None:
     """Copy an array into the first rows of a field (fields are longer than what they hold)."""
+    if memory := current().memory:
+        memory.put(target, values)
+        return
     full = np.zeros((target.shape[0],) + tuple(values.shape[1:]), values.dtype)
     full[: len(values)] = values
     target.from_numpy(full)
@@ -148,4 +156,14 @@ def put(target: Any, values: np.ndarray) -> None:
 
 def get(source: Any, n: int) -> np.ndarray:
     """The first n rows of a field as an array."""
+    if memory := current().memory:
+        return memory.view(source)[:n].copy()
     return source.to_numpy()[:n]
+
+
+def fill(field: Any, value: float) -> None:
+    """One number into every entry of a field."""
+    if memory := current().memory:
+        memory.put(field, np.zeros(0), value)
+    else:
+        field.fill(value)

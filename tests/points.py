@@ -6,7 +6,8 @@ import numpy as np
 
 from taichi_sph import runtime
 from taichi_sph.bodies.shell import metal
-from taichi_sph.bodies.shell.pool import Cells, MaterialPool, Section
+from taichi_sph.bodies.shell.pool import Cells, MaterialPool
+from taichi_sph.bodies.shell.sections import Sheet
 from taichi_sph.pool import Pool
 from taichi_sph.runtime import ti
 from taichi_sph.scene import Material
@@ -29,9 +30,9 @@ class Points(Pool):
         name = f"points_{next(NUMBER)}"  # several may live in one run
         super().__init__(name)
         self.n = n
-        self.material = MaterialPool([Section(material, THICKNESS)], bends, f"{name}.material")
+        self.material = MaterialPool([Sheet(material, THICKNESS)], bends, f"{name}.material")
         size = 8 if bends else 3
-        self.spares = self.several = False
+        self.spares = self.varied = False
         self.strain = self.field("strain", n, size, keeps=True)
         self.result = self.field("result", n, size)
         self.energy = self.field("energy", n)

@@ -124,6 +124,11 @@ class Group(Protocol):
         ...
 
     @property
+    def n_nodes(self) -> int:
+        """Nodes or particles; none where a body moves as one."""
+        ...
+
+    @property
     def stress_points(self) -> int:
         """How many the group has."""
         ...
@@ -225,6 +230,10 @@ class Rest:
     bodies: Sequence[Span] = ()
     every = 1
     track_units: dict[str, str] = {}
+
+    @property
+    def n_nodes(self) -> int:
+        return sum(span.n for span in self.bodies)
 
     @property
     def stress_points(self) -> int:

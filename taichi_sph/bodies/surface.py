@@ -45,6 +45,16 @@ class Discs:
 
 
 @dataclass(frozen=True)
+class Faces:
+    """Cells between the movers of discs: corners (F, 4), numbers of movers in the group, the last one -1 in a triangle.
+
+    Whether a cell is whole is written at each search (`look`).
+    """
+
+    corners: np.ndarray
+
+
+@dataclass(frozen=True)
 class First:
     """Where a group's numbers begin among those of all groups."""
 
@@ -53,6 +63,7 @@ class First:
     ball: int = 0
     thin: int = 0
     disc: int = 0
+    face: int = 0
 
 
 class Surface:
@@ -62,7 +73,8 @@ class Surface:
     is tried against everything; loose: a filling, which may touch its vessel at t = 0; length [m]: the shortest one that contact has to
     resolve; bounce: Newton's restitution of each body against another that has one, None of bodies that bounce by themselves.
 
-    balls and discs: the elements. Discs have a thin ball each as well, of half the thickness, where two shells can meet.
+    balls, discs and faces: the elements. A group with discs has the faces between them as well, and a thin ball of half the thickness at
+    each mover: by these two shells meet.
     """
 
     group: Any  # of the kind that derives
@@ -75,6 +87,7 @@ class Surface:
     bounce: Sequence[float | None] = ()
     balls: Balls | None = None
     discs: Discs | None = None
+    faces: Faces | None = None
     first = First()
 
     @property
@@ -108,8 +121,8 @@ class Surface:
         raise NotImplementedError(f"bodies of the kind '{self.group.kind}' hold springs, and their surface has no `grip`")
 
     def look(self, port: Any, places: bool) -> None:
-        """Speed of the fastest point of each body; with `places` also where all elements are, and the shape of the discs of those bodies
-        that are due."""
+        """Speed of the fastest point of each body; with `places` also where all elements are, which cells are whole, and the shape of the
+        discs of those bodies that are due."""
         raise NotImplementedError
 
     def offer(self, port: Any, first: int, last: int, now: Now) -> None:

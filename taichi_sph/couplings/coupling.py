@@ -45,6 +45,10 @@ class Coupling:
         """Energy to give back at t = 0 [J]: what the first step took before anything was given."""
         return 0.0
 
+    def report(self) -> dict[str, float]:
+        """How well a coupling that solves was solved, with the `seconds` of it, for the summary; empty for one that only adds."""
+        return {}
+
     def status(self) -> dict[str, int]:
         """Small numbers for the progress line."""
         return {}

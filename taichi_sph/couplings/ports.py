@@ -3,6 +3,7 @@
     movers     of the groups that do not turn, then of those that do, in the order of the groups
     balls      of the groups with many, then the thin balls of discs, then of the groups with few
     discs      one for each mover of the groups that have them
+    faces      of those groups, where two discs can meet
 
 A coupling puts movers on the list (`who`, in the order of their numbers). Each group fills the fields of its own part of the list
 (`offer`), the coupling leaves impulses there, and each group takes its own as forces (`take`). Searches alone ask where elements are
@@ -22,11 +23,12 @@ from .places import Places
 class Port(Places):
     """Places for all movers; surfaces, in the order of their movers; names and number of bodies.
 
-    n movers, n_still of them do not turn; n_discs; n_balls, n_many of them of groups with many, n_wide of them those and the thin ones.
+    n movers, n_still of them do not turn; n_discs; n_balls, n_many of them of groups with many, n_wide of them those and the thin ones;
+    n_faces, 0 without thin balls.
     """
 
     def __init__(self, surfaces: list[Surface], thin: bool, name: str = "port"):
-        """thin: discs have a ball each, for two discs can meet."""
+        """thin: discs have a thin ball each, and faces between them, for two shells can meet."""
         self.surfaces = surfaces = sorted(surfaces, key=lambda s: s.turns)
         self.thin = thin
         self.names = [span.name for s in surfaces for span in s.bodies]
@@ -39,22 +41,24 @@ class Port(Places):
         few = [s for s in surfaces if s.balls is not None and s.few]
         self.n_many = sum(s.n_balls for s in many)
         self.n_wide = self.n_many + (self.n_discs if thin else 0)
+        self.n_faces = sum(len(s.faces.corners) for s in surfaces if s.faces is not None) if thin else 0
         self.n_balls = self.n_wide + sum(s.n_balls for s in few)
         balls: dict[int, int] = {}
         for some, count in ((many, 0), (few, self.n_wide)):
             for s in some:
                 balls[id(s)] = count
                 count += s.n_balls
-        movers, bodies, discs = 0, 0, 0
+        movers, bodies, discs, faces = 0, 0, 0, 0
         for s in surfaces:
-            s.first = First(movers, bodies, balls.get(id(s), 0), self.n_many + discs if thin else 0, discs)
+            s.first = First(movers, bodies, balls.get(id(s), 0), self.n_many + discs if thin else 0, discs, faces)
             movers, bodies, discs = movers + s.n, bodies + len(s.bodies), discs + (s.n if s.discs is not None else 0)
+            faces += 0 if s.faces is None else len(s.faces.corners)
         self._fields()
         self._fill()
 
     def _fields(self) -> None:
         field, n = self.field, self.n
-        bodies, balls, discs = self.n_bodies, self.n_balls, max(self.n_discs, 1)
+        bodies, balls, discs, faces = self.n_bodies, self.n_balls, max(self.n_discs, 1), max(self.n_faces, 1)
         self.body = field("body", n, dtype="i32", doc="body of a mover")
         self.speed = field("speed", bodies, dtype="f64", unit="m/s", doc="of the fastest point of a body")
         self.largest = field("largest", bodies, dtype="f64", unit="m", doc="radius of the largest disc of a body", keeps=True)
@@ -75,6 +79,10 @@ class Port(Places):
         self.disc_x = field("disc_x", discs, 3, "f64", unit="m", doc="place, at the last search")
         self.disc_n = field("disc_n", discs, 3, "f64", doc="director, at the last search")
         self.disc_X = field("disc_X", discs if self.thin else 1, 3, "f64", unit="m", doc="place at t = 0")
+        self.face_disc = field("face_disc", faces, 4, "i32", doc="discs at the corners of a face, the last one -1 in a triangle")
+        self.face_x = field("face_x", faces, 3, "f64", unit="m", doc="mean of the corners, at the last search")
+        self.face_reach = field("face_reach", faces, dtype="f64", unit="m", doc="to the farthest corner; below 0 where the cell is broken")
+        self.widest_face = field("widest_face", bodies, dtype="f64", unit="m", doc="largest reach of a body's faces")
 
     def _fill(self) -> None:
         """What does not change: elements, bodies, periods."""
@@ -83,7 +91,7 @@ class Port(Places):
         radius, arm = np.zeros((self.n_balls, 2)), np.zeros((self.n_balls, 3))
         disc_mover, disc_body = np.zeros(self.n_discs, np.int32), np.zeros(self.n_discs, np.int32)
         half, flat, border = np.zeros(self.n_discs), np.zeros(self.n_discs), np.zeros(self.n_discs, np.int32)
-        reference = np.zeros((self.n_discs, 3))
+        reference, faces = np.zeros((self.n_discs, 3)), np.zeros((self.n_faces, 4), np.int32)
         for s in self.surfaces:
             first = s.first
             if s.balls is not None:
@@ -103,6 +111,9 @@ class Port(Places):
                     mine = slice(first.thin, first.thin + s.n)
                     ball_mover[mine], ball_body[mine] = first.mover + np.arange(s.n), first.body + s.discs.body
                     radius[mine] = s.discs.half[:, None]  # a ball that does not stand out of the shell
+            if s.faces is not None and self.thin:
+                corners = s.faces.corners
+                faces[first.face : first.face + len(corners)] = np.where(corners >= 0, first.disc + corners, -1)
         self.widest = np.zeros(self.n_bodies)  # m, largest of a body's balls that a grid finds
         np.maximum.at(self.widest, ball_body[: self.n_wide], radius[: self.n_wide].max(axis=1))
         np.maximum.at(self.widest, disc_body, half)
@@ -126,6 +137,7 @@ class Port(Places):
             put(self.largest, largest)
             if self.thin:
                 put(self.disc_X, reference)
+                put(self.face_disc, faces)
 
     def of(self, body: int) -> Surface:
         """The group of a body, by the body's number."""
@@ -161,6 +173,15 @@ class Port(Places):
         """Spin that a moment of impulse L gives to a mover that turns [rad/s]."""
         t = m - turning
         return self.loose_turn[t] * eased(self.pose[t], self.moments[t], L)
+
+    @ti.func
+    def loosest(self, m, turning, arm):
+        """Change of the speed of the point at `arm` by a unit impulse along any direction, at most [1/kg]."""
+        w = self.ease[m].max()
+        if m >= turning:
+            t = m - turning
+            w += self.loose_turn[t] * arm.norm_sqr() / self.moments[t].min()
+        return w
 
     @ti.func
     def mobility(self, m, turning, arm, normal):

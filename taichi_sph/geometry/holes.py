@@ -38,6 +38,28 @@ class Cut:
 
 
 @dataclass
+class _Patch:
+    """A patch while holes are cut: chart (N, 2), cells (M, 4), inner (N,); points (N, 3) [m], infinite where no cell has the node any
+    more; order (M,): where a cell stands among the cells."""
+
+    chart: np.ndarray
+    cells: np.ndarray
+    inner: np.ndarray
+    points: np.ndarray
+    order: np.ndarray
+
+    def near(self, nodes: np.ndarray) -> np.ndarray:
+        """(M,) bool: the cells with one of the nodes (N,) bool."""
+        return np.any((self.cells >= 0) & nodes[self.cells], axis=1)
+
+    def whole(self) -> Cut:
+        used = np.isfinite(self.points[:, 0])
+        number = np.cumsum(used) - 1
+        cells = self.cells[np.argsort(self.order)]
+        return Cut(self.chart[used], np.where(cells < 0, -1, number[cells]), self.inner[used])
+
+
+@dataclass
 class Cutter:
     """The holes of a surface, cut into whichever patch they lie in; `check` sees that all were."""
 
@@ -47,18 +69,19 @@ class Cutter:
     nearest: dict[int, tuple[float, np.ndarray]] = field(default_factory=dict)  # of holes that no patch has had: distance, point
 
     def __post_init__(self) -> None:
+        centres, radii = np.reshape([hole.centre for hole in self.holes], (-1, 3)), np.array([hole.radius for hole in self.holes])
         for k, hole in enumerate(self.holes):
             if 2 * hole.radius < LEAST * self.spacing * (1 - 1e-9):
                 raise SceneError(
                     f"holes[{k}] is {_mm(2 * hole.radius)} wide, less than {LEAST:g} spacings of {_mm(self.spacing)}; "
                     "lower the spacing or leave it out"
                 )
-            for j, other in enumerate(self.holes[:k]):
-                apart = float(np.linalg.norm(np.subtract(hole.centre, other.centre))) - hole.radius - other.radius
-                if apart < 2 * MARGIN * self.spacing * (1 - 1e-9):
-                    raise SceneError(
-                        f"holes[{j}] and holes[{k}] are {_mm(apart)} apart; at least two spacings, {_mm(2 * self.spacing)}, are needed"
-                    )
+            apart = np.linalg.norm(np.subtract(hole.centre, centres[:k]), axis=1) - hole.radius - radii[:k]
+            if (apart < 2 * MARGIN * self.spacing * (1 - 1e-9)).any():
+                j = int(np.argmax(apart < 2 * MARGIN * self.spacing * (1 - 1e-9)))
+                raise SceneError(
+                    f"holes[{j}] and holes[{k}] are {_mm(apart[j])} apart; at least two spacings, {_mm(2 * self.spacing)}, are needed"
+                )
 
     def check(self) -> None:
         """SceneError where a hole lies in no patch."""
@@ -71,25 +94,39 @@ class Cutter:
 
     def cut(self, chart: np.ndarray, cells: np.ndarray, inner: np.ndarray, bend: Bend, period: float | None) -> Cut | None:
         """A patch without its holes, None where it has none; bend: chart -> points and normals in the scene. Nodes keep their order."""
-        cut = whole = Cut(chart, cells, inner)
+        patch = _Patch(chart.copy(), cells, inner.copy(), bend(chart)[0], 2 * np.arange(len(cells)))
+        cut = False
         for k, hole in enumerate(self.holes):
-            found = self._centre(k, hole, cut.chart, cut.cells, bend, period)
+            far = np.linalg.norm(patch.points - np.asarray(hole.centre), axis=1)
+            found = self._centre(k, hole, far, patch, bend, period)
             if found is not None:
                 self.done.add(k)
-                cut = _Cut(k, hole, self.spacing, cut, bend, period, found).made()
-        return None if cut is whole else cut
+                self._cut(k, hole, far, patch, bend, period, found)
+                cut = True
+        return patch.whole() if cut else None
 
-    def _centre(self, k: int, hole: HoleIn, chart: np.ndarray, cells: np.ndarray, bend: Bend, period: float | None) -> np.ndarray | None:
-        """Where in the chart the centre of a hole is; None where the patch does not hold it."""
+    def _cut(self, k: int, hole: HoleIn, far: np.ndarray, patch: _Patch, bend: Bend, period: float | None, centre: np.ndarray) -> None:
+        """One hole, among the cells near it: what is far from a hole costs nothing."""
+        rows = patch.near(far < max(2 * hole.radius, 1.5 * hole.radius + 4 * self.spacing) + self.spacing)
+        nodes = np.unique(patch.cells[rows])
+        nodes = nodes[nodes >= 0]
+        cells = np.where(patch.cells[rows] < 0, -1, np.searchsorted(nodes, patch.cells[rows]))
+        made = _Cut(k, hole, self.spacing, Cut(patch.chart[nodes], cells, patch.inner[nodes]), bend, period, centre)
+        made.made(patch.order[rows])
+        patch.chart[nodes], patch.inner[nodes] = made.chart, made.inner
+        patch.points[nodes] = np.where(made.used[:, None], bend(made.chart)[0], np.inf)
+        patch.cells = np.concatenate([patch.cells[~rows], np.where(made.cells < 0, -1, nodes[made.cells])])
+        patch.order = np.concatenate([patch.order[~rows], made.order])
+
+    def _centre(self, k: int, hole: HoleIn, far: np.ndarray, patch: _Patch, bend: Bend, period: float | None) -> np.ndarray | None:
+        """Where in the chart the centre of a hole is; None where the patch does not hold it. far (N,): of each node from it [m]."""
         target = np.asarray(hole.centre)
-        points = bend(chart)[0]
-        far = np.linalg.norm(points - target, axis=1)
         node = int(np.argmin(far))
         if k not in self.nearest or far[node] < self.nearest[k][0]:
-            self.nearest[k] = float(far[node]), points[node]
+            self.nearest[k] = float(far[node]), patch.points[node].copy()
         if far[node] > 3 * self.spacing:
             return None
-        at = chart[node].copy()
+        at = patch.chart[node].copy()
         step = 1e-4 * self.spacing
         for _ in range(20):  # the foot of the centre on the surface
             here = bend(np.stack([at, at + [step, 0], at + [0, step]]))[0]
@@ -99,14 +136,15 @@ class Cutter:
             if np.linalg.norm(move) < 1e-12 * self.spacing:
                 break
         off = float(np.linalg.norm(bend(at[None])[0][0] - target))
-        if off > 0.1 * self.spacing or not _holds(chart, cells, at, period):
+        if off > 0.1 * self.spacing or not _holds(patch.chart, patch.cells[patch.near(far < 5 * self.spacing)], at, period):
             return None
         return at
 
 
 @dataclass
 class _Cut:
-    """One hole at work. arm (N, 2): from its centre to each node in the chart; moved (N,): nodes that do not stand where they stood."""
+    """One hole at work. arm (N, 2): from its centre to each node in the chart; moved (N,): nodes that do not stand where they stood; used
+    (N,): nodes that have a cell still."""
 
     number: int
     hole: HoleIn
@@ -116,7 +154,8 @@ class _Cut:
     period: float | None
     centre: np.ndarray
 
-    def made(self) -> Cut:
+    def made(self, order: np.ndarray) -> None:
+        """Cuts the hole: chart and inner of all nodes, cells that stay, and their order from that (M,) of the cells before."""
         self.chart, self.cells, self.inner = self.before.chart, self.before.cells, self.before.inner
         radius = self.hole.radius
         middle, axis = self.bend(self.centre[None])
@@ -140,7 +179,7 @@ class _Cut:
                 f"part of the surface; at least one spacing, {_mm(self.spacing)}, is needed"
             )
         on_rim = self._snapped(out)
-        cells = self._outside(out, on_rim)
+        cells, order = self._outside(out, order)
         rim = _loop(cells, on_rim)
         stray = np.setdiff1d(np.flatnonzero(on_rim), rim)  # moved for the sake of nodes that were moved later themselves
         on_rim[stray] = False
@@ -152,15 +191,13 @@ class _Cut:
                 "lower the spacing"
             )
         self._evened(cells, rim, out)
-        cells = self._halved(cells, on_rim)
-        used = np.zeros(len(self.chart), bool)
-        used[cells[cells >= 0]] = True
-        number = np.cumsum(used) - 1
-        inner = self.inner & ~on_rim  # a rim is a border, which another hole must not touch
-        self._look(cells)
+        self.cells, self.order = self._halved(cells, order, on_rim)
+        self.used = np.zeros(len(self.chart), bool)
+        self.used[self.cells[self.cells >= 0]] = True
+        self.inner = self.inner & ~on_rim  # a rim is a border, which another hole must not touch
+        self._look(self.cells)
         # where the chart closes on itself, the nodes stay in the turn in which they were
-        chart = np.where(self.moved[:, None], self.chart + self.arm - self._arms(self.chart), self.chart)
-        return Cut(chart[used], np.where(cells < 0, -1, number[cells]), inner[used])
+        self.chart = np.where(self.moved[:, None], self.chart + self.arm - self._arms(self.chart), self.chart)
 
     def _arms(self, chart: np.ndarray) -> np.ndarray:
         """From the centre to nodes, in the chart, the short way round."""
@@ -200,8 +237,8 @@ class _Cut:
         self._put_at(np.flatnonzero(on_rim), self.hole.radius)
         return on_rim
 
-    def _outside(self, out: np.ndarray, on_rim: np.ndarray) -> np.ndarray:
-        """The cells outside; of a quadrangle that the rim crosses along its diagonal, the outer triangle."""
+    def _outside(self, out: np.ndarray, order: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The cells outside with their order; of a quadrangle that the rim crosses along its diagonal, the outer triangle."""
         there = self.cells >= 0
         side = np.where(there, np.sign(out[self.cells]), 0.0)
         keep = ~np.any(side < 0, axis=1) & np.any(side > 0, axis=1)
@@ -209,7 +246,8 @@ class _Cut:
         for row in np.flatnonzero((side < 0).any(axis=1) & (side > 0).any(axis=1)):
             k = int(np.argmax(side[row] > 0))
             cells[row] = [self.cells[row, (k - 1) % 4], self.cells[row, k], self.cells[row, (k + 1) % 4], -1]
-        return cells[cells[:, 0] != -2]
+        kept = cells[:, 0] != -2
+        return cells[kept], order[kept]
 
     def _evened(self, cells: np.ndarray, rim: np.ndarray, out: np.ndarray) -> None:
         """Even out the rim and the nodes around it, and make the rim's polygon as large as the circle."""
@@ -242,10 +280,9 @@ class _Cut:
         p = self.bend(self.centre + self.arm[rim])[0] - self.middle
         return abs(float(0.5 * np.cross(p, np.roll(p, -1, axis=0)).sum(axis=0) @ self.axis))
 
-    def _halved(self, cells: np.ndarray, on_rim: np.ndarray) -> np.ndarray:
-        """Quadrangles with an almost straight angle at a rim node, as two triangles that meet there."""
-        result: list[np.ndarray] = []
-        done = 0
+    def _halved(self, cells: np.ndarray, order: np.ndarray, on_rim: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Quadrangles with an almost straight angle at a rim node, as two triangles that meet there; the second stands behind the first."""
+        cells, more, places = cells.copy(), [], []
         for row in map(int, np.flatnonzero((cells[:, 3] >= 0) & (on_rim[cells].sum(axis=1) == 3))):
             cell = cells[row]
             k = (int(np.argmin(on_rim[cell])) + 2) % 4  # opposite the node off the rim
@@ -253,9 +290,10 @@ class _Cut:
             bent = before[0] * after[1] - before[1] * after[0]  # negative where the corner is convex
             if bent > 0 or before @ after < BLUNT * np.linalg.norm(before) * np.linalg.norm(after):
                 c = np.roll(cell, -k)
-                result += [cells[done:row], np.array([[c[0], c[1], c[2], -1], [c[0], c[2], c[3], -1]], dtype=cells.dtype)]
-                done = row + 1
-        return np.concatenate([*result, cells[done:]])
+                cells[row] = [c[0], c[1], c[2], -1]
+                more.append([c[0], c[2], c[3], -1])
+                places.append(order[row] + 1)
+        return np.concatenate([cells, np.reshape(more, (-1, 4)).astype(cells.dtype)]), np.concatenate([order, places]).astype(int)
 
     def _look(self, cells: np.ndarray) -> None:
         """SceneError where a cell at the hole is folded."""
@@ -270,6 +308,21 @@ class _Cut:
             raise SceneError(
                 f"holes[{self.number}] at {_place(self.hole.centre)} cannot be cut into these cells; lower spacing or irregularity"
             )
+
+
+def rims(mesh: SurfaceMesh) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Of each opening of a mesh the points of its rim (K, 3) [m] and the unit normal of the plane nearest to them."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    open_ = mesh.edges.nodes[mesh.edges.sides[:, 1] < 0]
+    n = len(mesh.points)
+    loop = connected_components(coo_array((np.ones(len(open_)), (open_[:, 0], open_[:, 1])), shape=(n, n)), directed=False)[1]
+    found = []
+    for number in np.unique(loop[open_]):
+        rim = mesh.points[np.unique(open_[loop[open_[:, 0]] == number])]
+        found.append((rim, np.linalg.svd(rim - rim.mean(axis=0), full_matrices=False)[2][-1]))
+    return found
 
 
 def lids(mesh: SurfaceMesh) -> np.ndarray:

@@ -84,9 +84,14 @@ class SurfaceMesh:
 
         Equal thirds would give a regular lattice of triangles masses of 1 to 2; waves then run 2 % late.
         """
+        return self.shared(np.ones(len(self.cells)))
+
+    def shared(self, of_cells: np.ndarray) -> np.ndarray:
+        """(N,) what cells with so much per area (M,) give each node, by its share of them as in `node_areas`."""
         share = np.repeat(self.areas / self.corners, 4).reshape(-1, 4)
         triangle = self.corners == 3
         share[triangle, :3] = _voronoi_shares(self.points[self.cells[triangle, :3]], self.areas[triangle])
+        share *= of_cells[:, None]
         node = self.cells.ravel()
         return np.bincount(node[node >= 0], share.ravel()[node >= 0], minlength=len(self.points))
 

@@ -54,14 +54,14 @@ def read_mesh(
     scale: float = 1.0,
     plane: bool = False,
     *,
-    part: str | None = None,
+    part: str | tuple[str, ...] | None = None,
     merge: bool = True,
     spacing: float | None = None,
     time_limit: float = TIME_LIMIT,
 ) -> SurfaceMesh:
     """The mesh of a file, its coordinates times `scale` [m per unit of the file].
 
-    plane: the body moves in its plane, so all points must have the same z. part: the one region that is read.
+    plane: the body moves in its plane, so all points must have the same z. part: the regions that are read, by itself all.
     spacing [m]: of the numerics, which the mesh's is held against. time_limit [s]: for the reader of a foreign format.
     """
     path = Path(path)
@@ -91,7 +91,13 @@ def read_raw(path: Path, time_limit: float = TIME_LIMIT) -> Raw:
 
 
 def surface(
-    name: str, raw: Raw, scale: float = 1.0, plane: bool = False, part: str | None = None, merge: bool = True, spacing: float | None = None
+    name: str,
+    raw: Raw,
+    scale: float = 1.0,
+    plane: bool = False,
+    part: str | tuple[str, ...] | None = None,
+    merge: bool = True,
+    spacing: float | None = None,
 ) -> SurfaceMesh:
     """A checked SurfaceMesh of what a file says; `name` is the file's, for sentences."""
     if len(raw.cells) == 0:
@@ -100,7 +106,7 @@ def surface(
         raise refused(f"mesh {name} says that its unit of length is {raw.unit:g} m, and scale is {scale:g}: write scale = {raw.unit:g}")
     work = _Work(name, raw, scale)
     if part is not None:
-        work.select(part)
+        work.select((part,) if isinstance(part, str) else part)
     work.drop_unused()
     work.check_points(scale, spacing)
     work.check_corners()
@@ -150,16 +156,18 @@ class _Work:
         area = np.linalg.norm(self.area_vectors(), axis=1)
         return float(np.sqrt(area.sum() / (0.5 * triangle.sum() + (~triangle).sum())))
 
-    def select(self, part: str) -> None:
-        """Only the cells of one region."""
-        regions = self.raw.regions
-        wanted = [part, f"pid {part}"]
-        found = next((n for n in regions if n in wanted), None) or next((n for n in regions if n.casefold() == part.casefold()), None)
-        if found is None:
-            names = list(regions)
-            has = f"it has {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}" if names else "it names no regions"
-            raise refused(f"mesh {self.name} has no part '{part}'{nearest(part, names) if names else ''}; {has}")
-        rows = np.sort(regions[found])
+    def select(self, parts: tuple[str, ...]) -> None:
+        """Only the cells of some regions."""
+        regions, chosen = self.raw.regions, []
+        for part in parts:
+            wanted = [part, f"pid {part}"]
+            found = next((n for n in regions if n in wanted), None) or next((n for n in regions if n.casefold() == part.casefold()), None)
+            if found is None:
+                names = list(regions)
+                has = f"it has {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}" if names else "it names no regions"
+                raise refused(f"mesh {self.name} has no part '{part}'{nearest(part, names) if names else ''}; {has}")
+            chosen.append(regions[found])
+        rows = np.unique(np.concatenate(chosen))
         self.cells, self.cell = self.cells[rows], self.cell[rows]
 
     def drop_unused(self) -> None:

@@ -84,7 +84,9 @@ def report(mesh: SurfaceMesh) -> str:
         said.append(f"regions {', '.join(some)}" + (f" and {len(mesh.regions) - 6} more" if len(mesh.regions) > 6 else ""))
     if mesh.thickness:
         some = [f"{name} {1e3 * value:.4g} mm" for name, value in list(mesh.thickness.items())[:6]]
-        said.append(f"thicknesses of the file, not used: {', '.join(some)}{', ...' if len(mesh.thickness) > 6 else ''}")
+        said.append(
+            f"thicknesses of the file (surface.thicknesses takes them): {', '.join(some)}{', ...' if len(mesh.thickness) > 6 else ''}"
+        )
     return "; ".join(said)
 
 

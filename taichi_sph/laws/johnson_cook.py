@@ -6,6 +6,8 @@ Below rate0 the factor is 1. The rate is the smoothed one of T 2.106, the mean o
 
 of the total strain (T 2.107), with what T leaves out: d_zz = -(d_xx + d_yy) of plastic incompressibility (without
 it a uniaxial rate reads 0.91 of itself), and bending, of which it takes the mean square over the thickness.
+
+A solid that keeps its heat softens by 1 - T*^m, T* = (T - T_room) / (T_melt - T_room) (Johnson and Cook 1983).
 """
 
 from ..runtime import ti
@@ -21,3 +23,13 @@ def square(d11, d22, d12):
 def factor(rate, C, rate0):
     """1 + C ln(rate / rate0), at least 1."""
     return 1.0 + C * ti.log(ti.max(rate / rate0, 1.0))
+
+
+@ti.func
+def softening(temperature, room, melting, m):
+    """1 - T*^m, 1 below `room`, 0 from `melting` on."""
+    above = ti.min(ti.max((temperature - room) / (melting - room), 0.0), 1.0)
+    result = above * 0.0 + 1.0
+    if above > 0.0:
+        result -= ti.pow(above, m)
+    return result

@@ -92,7 +92,7 @@ class LeakGauge(Pool):
         order = self.fluid.body.numbered()[self.span.first : self.span.first + self.span.n]
         x = runtime.get(p.x, p.n)[order]
         v = runtime.get(p.v, p.n)[order].astype(np.float64)
-        half = 0.5 * self.shell.said.thickness
+        half = 0.5 * self.shell.thickness
         fastest = max(self.fluid.body.fastest(), np.linalg.norm(self._of(nodes.v), axis=1).max())
         asked = np.flatnonzero(~self.outside & (self.room <= 2.0 * fastest * (time - self.looked) + mesh.spacing))
         if len(asked):
@@ -101,12 +101,12 @@ class LeakGauge(Pool):
             whole = self._whole()
             distance, nearest = cKDTree(places[whole]).query(x[asked])
             beyond = np.einsum("ni,ni->n", x[asked] - places[whole][nearest], director[whole][nearest])
-            passed = np.flatnonzero(beyond > half)
+            passed = np.flatnonzero(beyond > half[whole[nearest]])
             if len(passed):
                 X, N = mesh.points, self._of(nodes.N)
                 _, first = cKDTree(X).query(x[asked[passed]])
                 before = np.einsum("ni,ni->n", x[asked[passed]] - X[first], N[first])
-                passed = passed[before > half]
+                passed = passed[before > half[first]]
             left = asked[passed]
             self.outside[left] = True
             self.room[asked], self.looked[asked] = distance, time
@@ -170,6 +170,7 @@ class LeakGauge(Pool):
 
 def gauges(scene: Scene, groups: Sequence[Any]) -> list[LeakGauge]:
     """One for each fluid that fills a shell; where there are several their histories are called by the fluids."""
-    filled = [(fluid, tank) for fluid in scene.fluids if (tank := getattr(fluid.fill, "shell", None)) is not None]
+    shells = {shell.name for shell in scene.shells}  # a rigid tank does not leak
+    filled = [(fluid, tank) for fluid in scene.fluids if (tank := getattr(fluid.fill, "shell", None)) in shells]
     called = {fluid.name: "leak" if len(filled) == 1 else f"leak_{fluid.name}" for fluid, _ in filled}
     return [LeakGauge(called[f.name], holding(groups, tank)[0], tank, holding(groups, f.name)[0], f.name) for f, tank in filled]

@@ -146,7 +146,7 @@ def _small_hole(body: BodyFrame) -> str:
 
 
 def _body(run: RunFolder, shell: Shell, named: bool) -> str:
-    body = run.frames(shell.name).body(-1)
+    body = run.the("shell", shell.name).body(-1)
     head = f"{shell.name} cracked" if named else "Cracked"
     damage = float(np.max(body.cell_data["damage"], initial=0.0))
     broken = int(np.count_nonzero((body.cell_data["broken"] != 0) & (body.cell_data["rupture_time"] > 0)))
@@ -172,7 +172,7 @@ def _body(run: RunFolder, shell: Shell, named: bool) -> str:
 
 def _rupture(run: RunFolder, shell: Shell) -> tuple[str, bool]:
     """What a struck or pressed shell came to: hole, petals, plug; or the crack. And whether it ruptured."""
-    body = run.frames(shell.name).body(-1)
+    body = run.the("shell", shell.name).body(-1)
     the = f"The {shell.name.replace('_', ' ')}"
     when = perforation.first_rupture(run, shell.name)
     if when is None:
@@ -197,17 +197,16 @@ def _rupture(run: RunFolder, shell: Shell) -> tuple[str, bool]:
         parts.append(f"a crack {quantity_text(float(lengths[0]), 'm')} long, open by {quantity_text(fragments.widest(body), 'm')}")
     if not f.held.any():
         whole = int(np.count_nonzero(f.nodes >= 2))
-        mass = quantity_text(fragments.mass_per_area(shell) * float(f.area[0]), "kg")
+        mass = quantity_text(fragments.mass_of(f, shell, 0), "kg")
         return f"{the} ruptured at {quantity_text(when, 's')} and fell into {count(whole)} pieces, the largest of {mass}.", True
     if not parts:  # too short for a crack, too small for a hole without a node
         parts.append(_small_hole(body))
     sentences = [f"{the} ruptured at {quantity_text(when, 's')}: {', '.join(parts)}"]
     if len(f.free):
-        areal = fragments.mass_per_area(shell)
         plug = f.free[0]
         speed = float(np.linalg.norm(f.of(body.point_data["velocity"], plug)))
         across = 2 * math.sqrt(float(f.area[plug]) / math.pi)
-        mass = quantity_text(areal * float(f.area[plug]), "kg")
+        mass = quantity_text(fragments.mass_of(f, shell, int(plug)), "kg")
         sentences[0] += f"; a plug of {quantity_text(across, 'm')} ({mass}) flies at {quantity_text(speed, 'm/s')}"
         others = int(np.count_nonzero(f.nodes[f.free[1:]] >= 2))
         if others:
@@ -323,6 +322,6 @@ def answer(run: RunFolder, summary: dict[str, Any] | None = None) -> list[str]:
         lines.append("Energy: " + ", ".join(balance) + ".")
     speed = summary.get("node_steps_per_second")
     advance = summary["seconds"].get("advance")
-    if speed and advance is not None:
+    if speed and advance is not None and round(speed / 1e6, 2) > 0:  # not of a search for equilibrium
         lines.append(f"{summary['steps']} steps of {summary['nodes']} nodes in {advance:.1f} s: {speed / 1e6:.2f} M node-steps/s.")
     return lines

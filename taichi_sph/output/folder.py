@@ -10,6 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from ..bodies.shell.said import PARTICLES
 from ..errors import SceneError, nearest
 from ..frame import Kind
 from ..scene import Scene, load_scene
@@ -102,19 +103,25 @@ class RunFolder:
             self._frames[name] = FramesFile(self.path / "frames" / (name + SUFFIX))
         return self._frames[name]
 
+    def torn(self, body: str) -> str:
+        """Of a shell in parts the name of its particles, of all others their own."""
+        particles = body + PARTICLES
+        return particles if particles in self.bodies() else body
+
     def of_kind(self, kind: Kind) -> list[FramesFile]:
         """The frames of all bodies of a kind."""
         return [file for name in self.bodies() if (file := self.frames(name)).kind == kind]
 
     def the(self, kind: Kind, body: str | None = None) -> FramesFile:
-        """The frames of a body of a kind: the one that is named, else the only one there is."""
+        """The frames of a body of a kind: the one that is named, else the only one there is; of a shell in parts its particles, which may
+        break."""
         if body is not None:
-            file = self.frames(body)
+            file = self.frames(self.torn(body))
             if file.kind != kind:
                 others = ", ".join(f.name for f in self.of_kind(kind))
                 raise SceneError(f"body '{body}' is a {file.kind}, and a {kind} is needed: {others or 'the run has none'}")
             return file
-        files = self.of_kind(kind)
+        files = [file for file in self.of_kind(kind) if self.torn(file.name) == file.name]
         if not files:
             raise SceneError(f"'{self.path}' holds no frames of a {kind}")
         if len(files) > 1:

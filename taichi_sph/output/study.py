@@ -141,7 +141,9 @@ def study_answer(study: Study, summary: dict[str, Any]) -> list[str]:
     ]
     if worst:
         lines.append(f"Energy, worst of all: {', '.join(worst)}.")
-    if summary["node_steps_per_second"]:
-        rate = f"{summary['node_steps_per_second'] / 1e6:.2f} M node-steps/s"
-        lines.append(f"{summary['node_steps'] / 1e6:.0f} M node-steps in {summary['seconds']['advance']:.1f} s: {rate}.")
+    speed, advance = summary["node_steps_per_second"], summary["seconds"]["advance"]
+    if speed and round(speed / 1e6, 2) > 0:  # a search for equilibrium has no node-steps to speak of
+        lines.append(f"{summary['node_steps'] / 1e6:.3g} M node-steps in {advance:.1f} s: {speed / 1e6:.2f} M node-steps/s.")
+    elif advance:
+        lines.append(f"{advance:.1f} s.")
     return lines

@@ -88,12 +88,14 @@ def write_summary(
     processor: float = 0.0,
     bytes: int = 0,
     contact: Mapping[str, float] | None = None,
+    overlap: Mapping[str, float] | None = None,
 ) -> dict[str, Any]:
     """Writes histories/crack_tip.csv, histories/fragments.csv and summary.json of a finished run.
 
     seconds: by name, "advance" the time loop without output and compilation. `node_steps_per_second`
     counts nodes over that time; stress points are not counted. processor: seconds of all threads in the time loop; bytes: of
-    all fields. contact: what its solver reports (couplings.contact.multipliers).
+    all fields. contact: what its solver reports (couplings.contact.multipliers); overlap: what ties of elements and
+    particles report (couplings.arlequin.coupling).
     """
     scene = run.scene
     write_crack_tips(run, scene)
@@ -136,6 +138,7 @@ def write_summary(
         "B_percent": largest("B_percent"),
         "closed_residual_percent": largest("closed_residual_percent"),
         **({} if contact is None else {"contact": dict(contact)}),
+        **({} if overlap is None else {"overlap": dict(overlap)}),
         "quantities": measured(run, scene),
     }
     write_json(run.path / "summary.json", summary)

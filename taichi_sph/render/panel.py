@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
-from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize
+from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize, to_rgba
 
 from ..frame import BodyFrame
 from ..output.measures.fragments import border
@@ -35,6 +35,7 @@ PRESSURE = LinearSegmentedColormap.from_list(
 )
 SPRAY = LinearSegmentedColormap.from_list("spray", [(0.0, "#a9d3ec"), (0.35, "#4a9bd0"), (0.7, "#1b5f9e"), (1.0, "#0b2447")])
 OUTLINE = "#9aa5ae"
+ELEMENT = "#7d8992"  # outlines of elements
 METAL = "#59636b"  # rigid bodies
 CORE = "#aab3ba"  # where a section goes through one
 DOT = 0.008  # of the width of the window: how large a point without a size is drawn
@@ -88,8 +89,14 @@ def round_down(value: float) -> float:
 
 
 def kept(body: BodyFrame) -> np.ndarray:
-    """(M,) bool: cells that are drawn; broken ones leave a gap, which opens as the crack does."""
-    return ~np.asarray(body.cell_data.get("broken", np.zeros(len(body.cells)))).astype(bool)
+    """(M,) bool: cells that are drawn; broken ones leave a gap, which opens as the crack does, and hidden ones lie under others."""
+    none = np.zeros(len(body.cells))
+    return ~(np.asarray(body.cell_data.get("broken", none)).astype(bool) | np.asarray(body.cell_data.get("hidden", none)).astype(bool))
+
+
+def outlined(body: BodyFrame) -> bool:
+    """Whether the cells of a body are outlined: elements beside particles."""
+    return "hidden" in body.cell_data
 
 
 def magnification(bodies: Sequence[BodyFrame], moved_to: float = MOVED) -> float:
@@ -165,7 +172,8 @@ def scattered(body: BodyFrame) -> np.ndarray:
     corner = body.cells >= 0
     some, alive = np.zeros((2, len(body.points)), dtype=bool)
     some[body.cells[corner]] = True
-    alive[body.cells[kept(body)][corner[kept(body)]]] = True
+    whole = np.asarray(body.cell_data.get("broken", np.zeros(len(body.cells)))) == 0
+    alive[body.cells[whole][corner[whole]]] = True
     return some & ~alive
 
 
@@ -197,6 +205,8 @@ def draw(
     if with_vtk:
         from .vtk_panel import image
 
+        if view.turn is None:
+            _draw_outlines(axes, bodies, look, view)
         box = axes.get_window_extent()
         pixels = image(bodies, look, view, round(box.width), round(box.height), wet, cut)
         axes.imshow(
@@ -208,16 +218,20 @@ def draw(
         )
         return
     for body in bodies:
-        if body.form not in ("surface", "field"):
+        if body.form not in ("surface", "field", "solid"):
             _draw_balls(axes, body, view, wet)
             continue
-        of = look if body.form == "surface" else wet
+        of = look if body.form in ("surface", "solid") else wet
         if of is None:
             continue
-        sound = kept(body)
+        solid = body.form == "solid"
+        sound = np.ones(len(body.cells), bool) if solid else kept(body)
         points = view.seen(displaced(body, look.magnification)) * mm
-        cells, values = body.cells[sound], cell_values(body, of.field)[sound]
-        colours = of.colours(Normalize(of.low, of.high)(values))
+        cells = body.cells[sound]
+        if solid:
+            colours = np.tile(to_rgba(METAL), (len(cells), 1))
+        else:
+            colours = of.colours(Normalize(of.low, of.high)(cell_values(body, of.field)[sound]))
         if view.turn is not None:  # the farthest first, and darker where the light grazes
             corner = np.where(cells < 0, cells[:, :1], cells)
             order = np.argsort(points[corner, 2].mean(axis=1), kind="stable")
@@ -235,12 +249,23 @@ def draw(
                 PolyCollection(
                     points[cells[chosen, :corners]],
                     facecolors=colours[chosen],
-                    edgecolors=colours[chosen],  # closes the hair lines between neighbours
-                    linewidths=0.15,
+                    edgecolors=ELEMENT if outlined(body) else colours[chosen],  # closes the hair lines between neighbours
+                    linewidths=0.3 if outlined(body) else 0.15,
                     zorder=2,
                     rasterized=True,
                 )
             )
+    if view.turn is None:
+        _draw_outlines(axes, bodies, look, view)
+
+
+def _draw_outlines(axes: Axes, bodies: Sequence[BodyFrame], look: Look, view: View) -> None:
+    """Of the elements beside particles, those of the overlap too."""
+    for body in bodies:
+        if outlined(body):
+            points = view.seen(displaced(body, look.magnification))[:, :2] * 1e3
+            corner = np.where(body.cells < 0, body.cells[:, :1], body.cells)
+            axes.add_collection(PolyCollection(list(points[corner]), facecolors="none", edgecolors=ELEMENT, linewidths=0.3, zorder=3))
 
 
 def _draw_balls(axes: Axes, body: BodyFrame, view: View, wet: Look | None) -> None:

@@ -283,7 +283,11 @@ def _struck(run: RunFolder, backend: Backend) -> list[Path]:
         for field in fields if run.of_kind("fluid") else ("motion",):
             strip = struck.free_strip(run, looks, field, backend, chosen, _subtitle(run), DPI)
             paths.append(_save(strip, out / f"{field}_over_time.png"))
-    for name, figure in (("strikers", plots.strikers(run)), *((name, plots.leak(run, fluid)) for fluid, name in tanks(run).items())):
+    for name, figure in (
+        ("strikers", plots.strikers(run)),
+        ("pressure", plots.piston(run)),
+        *((name, plots.leak(run, fluid)) for fluid, name in tanks(run).items()),
+    ):
         if figure is not None:
             paths.append(_save(figure, out / f"{name}.png"))
     return paths

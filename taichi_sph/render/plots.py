@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 
 from ..output.answer import in_words, quantity_text
 from ..output.folder import RunFolder
+from ..output.measures import column, perforation
 from ..output.measures import leak as leaking
-from ..output.measures import perforation
 from ..output.measures.waves import rayleigh_speed
 
 PALETTE = ("#1b4f80", "#c8402f", "#e0912f", "#4b8f5a", "#7a5aa6", "#3aa0a8", "#8c6d46", "#d26fa5", "#6b7680", "#a8b545")
@@ -236,6 +236,38 @@ def _mark(axes: plt.Axes, time: float | None, scale: float, unit: str, through: 
         f"first rupture at {time * scale:.3g} {unit}", (time * scale, axes.get_ylim()[0]), xytext=(5, 12),
         textcoords="offset points", color="#b06a12", fontsize=9,
     )  # fmt: skip
+
+
+def piston(run: RunFolder) -> Figure | None:
+    """Pressure of water on a rigid face beside the reduced model of its column, and the band of what is expected; None where the scene asks
+    for no such comparison."""
+    asked = next((q for q in run.scene.quantities if q.name == "column_ratio"), None)
+    if asked is None:
+        return None
+    options: dict[str, Any] = dict(asked.options)
+    time, p = column.pressure(run, run.scene, options["face"])
+    if len(time) < 2:
+        return None
+    scale, unit = time_scale(float(time[-1]))
+    reduced = column.model(**options, sound=run.scene.fluids[0].water.sound, duration=float(time[-1]))
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(8.6, 4.4), layout="constrained")
+        for quantity in run.scene.quantities:
+            span = quantity.options
+            if quantity.name.startswith("face_pressure") and quantity.value is not None and quantity.tolerance is not None:
+                low, high = (1e-5 * (quantity.value + sign * quantity.tolerance) for sign in (-1, 1))
+                first, last = (scale * min(float(span.get(key, 0.0)), float(time[-1])) for key in ("start", "end"))
+                axes.fill_between([first, last], low, high, color=SOFT_LINE, alpha=0.45, lw=0)
+        axes.plot(reduced["time"] * scale, reduced["pressure"] * 1e-5, color=PALETTE[1], lw=1.4)
+        axes.plot(time * scale, p * 1e-5, color=PALETTE[0], lw=1.6)
+        ends = [(float(p[-1]) * 1e-5, "computed", PALETTE[0]), (float(reduced["pressure"][-1]) * 1e-5, "column model", PALETTE[1])]
+        axes.set_ylim(bottom=0)
+        axes.set_ylabel("pressure on the wall [bar]")
+        axes.set_xlabel(f"time [{unit}]")
+        axes.set_title(f"{run.scene.title}: pressure (grey: expected)")
+        axes.margins(x=0)
+        _direct_labels(axes, ends, float(time[-1]) * scale, 0.06)
+    return figure
 
 
 def leak(run: RunFolder, fluid: str) -> Figure | None:

@@ -161,7 +161,8 @@ def middles(run: RunFolder) -> dict[str, np.ndarray]:
 
 def striker_radius(run: RunFolder) -> float:
     """Of the largest pinball [m]."""
-    return max((float(file.array("PointData", "radius", 0).max()) for file in run.of_kind("rigid")), default=0.0)
+    balls = [body for file in run.of_kind("rigid") if (body := file.body(0)).form == "balls"]
+    return max((float(body.point_data["radius"].max()) for body in balls), default=0.0)
 
 
 def outside_only(bodies: Sequence[BodyFrame]) -> list[BodyFrame]:

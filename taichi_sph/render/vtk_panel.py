@@ -12,9 +12,10 @@ import numpy as np
 import pyvista
 
 from ..frame import BodyFrame
+from ..geometry.mesh import SurfaceMesh
 from ..output.measures.fragments import border
 from ..output.measures.pattern import node_spacing
-from .panel import CORE, DOT, LOOSE, METAL, Look, View, cell_values, displaced, kept, point_values, scattered
+from .panel import CORE, DOT, ELEMENT, LOOSE, METAL, Look, View, cell_values, displaced, kept, outlined, point_values, scattered
 
 SHARPER = 2  # pixels drawn per pixel shown, each way
 LIT = {"ambient": 0.4, "diffuse": 0.65, "specular": 0.08, "specular_power": 15}
@@ -82,6 +83,19 @@ def _pinballs(plotter: pyvista.Plotter, body: BodyFrame, view: View, cut: tuple[
         plotter.add_mesh(ball, color=METAL, smooth_shading=True, specular=0.5, specular_power=20, render=False)
 
 
+def _solid(plotter: pyvista.Plotter, body: BodyFrame, points: np.ndarray, hollow: bool) -> None:
+    """A surface of dark metal; of one that is met on its inside the near side is left out where the scene is cut open."""
+    count = np.where(body.cells[:, 3] < 0, 3, 4)
+    faces = np.concatenate([[n, *cell[:n]] for n, cell in zip(count, body.cells)])
+    hull = pyvista.PolyData(points, faces)
+    plotter.add_mesh(hull, color=METAL, specular=0.5, specular_power=20, culling="back" if hollow else None, render=False)
+
+
+def _inside_out(body: BodyFrame) -> bool:
+    """Whether the normals of a closed surface point inward."""
+    return SurfaceMesh(body.points, body.cells, 1.0).volume < 0
+
+
 def image(
     bodies: Sequence[BodyFrame],
     look: Look,
@@ -107,6 +121,8 @@ def image(
         low, high = min(low, points[:, 2].min() - room), max(high, points[:, 2].max() + room)
         if body.form == "balls":
             _pinballs(plotter, body, view, cut)
+        elif body.form == "solid":
+            _solid(plotter, body, points, cut is not None and _inside_out(body))
         elif body.form == "points":
             _balls(plotter, points, DOT * (view.x1 - view.x0) * scale, color=METAL)
         elif body.form == "particles":
@@ -129,6 +145,9 @@ def image(
                 colours["culling"] = outer
             light = {} if view.turn is None else LIT if look.loose else {"ambient": 0.5, "diffuse": 0.6}
             plotter.add_mesh(surface, **colours, **light, lighting=view.turn is not None, render=False)
+            if outlined(body) and view.turn is not None:
+                lines = surface.extract_all_edges()
+                plotter.add_mesh(lines, color=ELEMENT, line_width=0.6 * SHARPER, lighting=False, show_scalar_bar=False, render=False)
         if look.loose and body.form == "surface" and (loose := scattered(body)).any():
             _balls(plotter, points[loose], 0.6 * node_spacing(body.reference, body.cells) * scale, color=LOOSE)
     x, y = (view.x0 + view.x1) / 2, (view.y0 + view.y1) / 2

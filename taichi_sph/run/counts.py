@@ -6,15 +6,17 @@ from ..bodies.fluid.count import count as particles
 from ..bodies.fluid.said import FluidBox
 from ..errors import SceneError
 from ..geometry.mesh import SurfaceMesh
+from ..geometry.solids import count as nodes_of_solid
 from ..geometry.surfaces import count as nodes_of
 from ..scene.plausible import MAX_NODES, MAX_STEPS
 from ..scene.schema import Scene
+from ..scene.solids import Made as Generated
 from ..scene.surfaces import Given
 from ..scene.units import show
 from .progress import bytes_text
 
 FAR = 1e9  # spacings from the origin: a seventh digit of the spacing is left there
-LEAST_BYTES = {"shell": 1400, "fluid": 800}  # of memory that a node or a particle needs at least (plan.py has the true ones)
+LEAST_BYTES = {"shell": 1400, "fluid": 800, "solid": 800}  # of memory that a node or a particle needs at least (plan.py has the true ones)
 
 
 def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceMesh] | None = None) -> dict[str, int]:
@@ -57,6 +59,15 @@ def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceM
                 f"duration {show(scene.duration, 's')} takes about {steps:.2g} time steps of fluid '{fluid.name}' ({key} "
                 f"{show(spacing, 'm')}, sound {fluid.water.sound:.4g} m/s); at most {MAX_STEPS // 1_000_000} million are allowed"
             )
+    for index, solid in enumerate(scene.solids):
+        if isinstance(solid.shape, Generated):
+            key = f"solids[{index}].spacing" if solid.spacing else "numerics.spacing"
+            spacing = scene.numerics_of(solid).spacing
+            found = round(nodes_of_solid(solid.shape, spacing))
+            _few(found, f"{key} {show(spacing, 'm')} gives solid '{solid.name}' {found:.2g} nodes")
+            _near(f"{scene.key_of(solid)}.shape.origin", solid.shape.origin, spacing)
+            sizes.append((found * LEAST_BYTES["solid"], found, key, spacing))
+            counts[solid.name] = found
     memory = sum(size[0] for size in sizes)
     if available is not None and memory > available:
         _, _, key, spacing = max(sizes)

@@ -1,8 +1,9 @@
 """Bodies that lie in each other at the start, found before anything is compiled. NumPy and SciPy only.
 
 Every body is seen as contact sees it (couplings/contact): a shell node as a disc half as thick as the shell on either side, which reaches
-half way to the farthest corner of its cells (at a border or a cut: half way to the next node); a rigid body as its pinballs; a fluid
-particle as a ball, smaller where pressure carries the fluid and contact only stands behind it. Pairs that may not meet are left out.
+half way to the farthest corner of its cells (at a border or a cut: half way to the next node), and to another shell as a thin ball that
+meets whole cells; a rigid body as its pinballs; a fluid particle as a ball, smaller where pressure carries the fluid and contact only
+stands behind it. Pairs that may not meet are left out.
 """
 
 from __future__ import annotations
@@ -11,9 +12,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ..bodies.fluid.fill import CONTACT, PINBALL, Filling
+from ..bodies.rigid.solid import solid_of
+from ..bodies.shell.sections import mean_at_nodes, sheets_of
 from ..couplings.contact.said import meeting
 from ..errors import SceneError
 from ..geometry.cuts import cells_cut
@@ -35,14 +37,16 @@ class Balls:
 
 @dataclass(frozen=True)
 class Discs:
-    """centres (n, 3), normals (n, 3), radii (n,) and half [m], half the thickness; sound (n,): no border and no cut beside it."""
+    """centres (n, 3), normals (n, 3), radii (n,) and half (n,) [m], half the thickness; sound (n,): no border and no cut beside it;
+    edges (E, 2) and cells (C, 4) between them, those that are whole, the last corner -1 in a triangle."""
 
     centres: np.ndarray
     normals: np.ndarray
     radii: np.ndarray
-    half: float
+    half: np.ndarray
     sound: np.ndarray
     edges: np.ndarray
+    cells: np.ndarray
 
 
 def discs(shell: Shell, mesh: SurfaceMesh) -> Discs:
@@ -62,17 +66,20 @@ def discs(shell: Shell, mesh: SurfaceMesh) -> Discs:
                 length = np.linalg.norm(mesh.points[cells[:, (k + ahead) % corners]] - mesh.points[node], axis=1)
                 np.maximum.at(reach, node[alive], length[alive])
     sound[np.unique(mesh.edges.nodes[(mesh.edges.sides < 0).any(axis=1)])] = False
+    made = sheets_of(shell, mesh)
+    thickness = np.full(n, made.sheets[0].thickness) if made.even else mean_at_nodes(mesh, made.thickness)
     radii = 0.5 * np.where(sound, np.maximum(near, far), np.where(near > 0, near, mesh.node_spacing))
-    return Discs(mesh.points, mesh.node_normals, radii, 0.5 * shell.thickness, sound, mesh.edges.nodes)
+    return Discs(mesh.points, mesh.node_normals, radii, 0.5 * thickness, sound, mesh.edges.nodes, mesh.cells[live])
 
 
 def check_overlaps(scene: Scene, meshes: Mapping[str, SurfaceMesh], fillings: Mapping[str, Filling]) -> None:
     """SceneError with one sentence where two bodies that may meet lie in each other."""
     if len(scene.bodies) < 2:
         return
-    balls = {r.name: Balls(np.array([p.centre for p in r.pinballs]), np.array([p.radius for p in r.pinballs])) for r in scene.rigids}
+    solids = [solid_of(body, scene) for body in scene.rigids]
+    balls = {solid.name: Balls(solid.places, solid.radii) for solid in solids}
     lengths = [0.5 * radius for ball in balls.values() for radius in ball.radii]
-    lengths += [mesh.spacing for mesh in meshes.values()] + [filling.spacing for filling in fillings.values()]
+    lengths += [meshes[shell.name].spacing for shell in scene.shells] + [filling.spacing for filling in fillings.values()]
     skin = 0.5 * min(lengths, default=0.0)
     shells = {shell.name: discs(shell, meshes[shell.name]) for shell in scene.shells if shell.meets}
     thin = {f.name: f.contact is None for f in scene.fluids}
@@ -84,7 +91,7 @@ def check_overlaps(scene: Scene, meshes: Mapping[str, SurfaceMesh], fillings: Ma
         return Balls(filling.points, np.full(len(filling.points), share * filling.spacing))
 
     boxes = {name: _box(ball.centres, ball.radii.max()) for name, ball in balls.items()}
-    boxes |= {name: _box(at.centres, at.radii.max() + at.half) for name, at in shells.items()}
+    boxes |= {name: _box(at.centres, at.radii.max() + at.half.max()) for name, at in shells.items()}
     boxes |= {name: _box(filling.points, filling.spacing) for name, filling in fillings.items()}
     for a, b in _beside(scene, boxes):
         if a in shells and b in shells:
@@ -130,6 +137,8 @@ def _tell(scene: Scene, one: str, other: str, depth: float, allowed: float) -> N
 
 def _near(one: np.ndarray, other: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
     """Numbers (i, j) of points of two sets within `reach` [m] of each other."""
+    from scipy.spatial import cKDTree
+
     low, high = other.min(axis=0) - reach, other.max(axis=0) + reach
     inside = np.flatnonzero(((one >= low) & (one <= high)).all(axis=1))
     found = cKDTree(one[inside]).sparse_distance_matrix(cKDTree(other), reach, output_type="ndarray") if len(inside) else None
@@ -152,10 +161,10 @@ def _in_discs(balls: Balls, at: Discs, sound: bool | None = None) -> float:
     deepest = -np.inf
     for radius in np.unique(balls.radii):  # a wide pinball must not widen the search of the small ones
         own = np.flatnonzero(balls.radii == radius)
-        i, j = _near(balls.centres[own], at.centres[chosen], float(radius + at.half + at.radii[chosen].max()))
+        i, j = _near(balls.centres[own], at.centres[chosen], float(radius + at.half[chosen].max() + at.radii[chosen].max()))
         if len(i):
             j = chosen[j]
-            deepest = max(deepest, float((radius + at.half - _from_flat(balls.centres[own[i]], at, j)).max()))
+            deepest = max(deepest, float((radius + at.half[j] - _from_flat(balls.centres[own[i]], at, j)).max()))
     return deepest
 
 
@@ -180,17 +189,50 @@ def _shells(a: str, one: Discs, b: str, other: Discs, allowed: float) -> None:
             at = ends[e, 0] + share[:, None] * (ends[e, 1] - ends[e, 0])
             if (crosses & (np.linalg.norm(at - second.centres[j], axis=1) < second.radii[j])).any():
                 raise SceneError(f"shell '{a}' starts across shell '{b}': move one of them away")
-    thick = one.half + other.half
-    least = thick
+    least, thick = np.inf, 0.0
     for first, second in ((one, other), (other, one)):
-        i, j = _near(first.centres, second.centres, float(thick + second.radii.max()))
-        if len(i):
-            least = min(least, float(_from_flat(first.centres[i], second, j).min()))
+        apart, both = _from_cells(first, second)
+        if apart - both < least - thick:
+            least, thick = apart, both
     if least < thick - allowed:
         raise SceneError(
             f"shells '{a}' and '{b}' start {show(least, 'm')} apart, nearer than the mean of their thicknesses, {show(thick, 'm')}: "
             "move one of them away"
         )
+
+
+def _from_cells(nodes: Discs, shell: Discs) -> tuple[float, float]:
+    """Distance [m] of the nodes of one shell from the cells of another, and the mean of the thicknesses there, where they are nearest;
+    (inf, 0) where none is near. As in couplings/contact/faces.py."""
+    corners = np.where(shell.cells < 0, shell.cells[:, [2]], shell.cells)
+    x, half = shell.centres[corners], shell.half[corners].mean(axis=1)
+    middle = x[:, :3].mean(axis=1)
+    four = shell.cells[:, 3] >= 0
+    middle[four] = x[four].mean(axis=1)
+    size = np.linalg.norm(x - middle[:, None], axis=2).max(axis=1)
+    i, f = _near(nodes.centres, middle, float(nodes.half.max() + half.max(initial=0.0) + size.max(initial=0.0)))
+    if not len(i):
+        return np.inf, 0.0
+    apart, both = np.full(len(i), np.inf), nodes.half[i] + half[f]
+    for k in range(4):
+        one, two = x[f, k], x[f, (k + 1) % 4]  # of a triangle the side from its last corner to itself adds nothing
+        apart = np.minimum(apart, _from_triangles(nodes.centres[i], one, two, middle[f]))
+    nearest = int(np.argmin(apart - both))
+    return float(apart[nearest]), float(both[nearest])
+
+
+def _from_triangles(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """(N,) distances [m] of the points p from the triangles a, b, c, all (N, 3): inside by the normal, else to the nearest side."""
+    n = np.cross(b - a, c - a)
+    area = np.einsum("ni,ni->n", n, n)
+    inside, nearest = area > 0, np.full(len(p), np.inf)
+    for one, two in ((a, b), (b, c), (c, a)):
+        side = two - one
+        inside &= np.einsum("ni,ni->n", np.cross(side, p - one), n) >= 0
+        along = np.einsum("ni,ni->n", p - one, side) / np.maximum(np.einsum("ni,ni->n", side, side), 1e-300)
+        nearest = np.minimum(nearest, np.linalg.norm(p - one - np.clip(along, 0.0, 1.0)[:, None] * side, axis=1))
+    up = np.abs(np.einsum("ni,ni->n", p - a, n)) / np.sqrt(np.maximum(area, 1e-300))
+    return np.where(inside, up, nearest)
 
 
 def _fluids(a: str, one: Filling, b: str, other: Filling) -> None:

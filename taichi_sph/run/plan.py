@@ -6,7 +6,8 @@ Meshes are made (NumPy), regions and cuts are tried on them; sizes, steps and se
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -14,16 +15,25 @@ import numpy as np
 from ..bodies.fluid.fill import Filling, fill_fluid
 from ..bodies.fluid.said import Fluid
 from ..bodies.rigid.said import Rigid
+from ..bodies.rigid.solid import solid_of
+from ..bodies.shell.parts import Part, Split, meshed, parts, split_of
+from ..bodies.shell.sections import Sheet, Sheets, sheets_of
+from ..couplings.welds.places import welded
 from ..errors import SceneError
 from ..geometry.cuts import cells_cut
 from ..geometry.mesh import SurfaceMesh
 from ..geometry.normals import report
-from ..geometry.regions import extent, inside
+from ..geometry.regions import cells_in, extent, inside, nodes_in
+from ..geometry.solids import SolidMesh
+from ..geometry.solids import count as nodes_of_solid
+from ..geometry.solids import mesh_of as solid_mesh_of
 from ..geometry.surfaces import mesh_of
 from ..output import files
-from ..scene import Body, Numerics, Scene, Shell
+from ..scene import Body, Numerics, Scene, Shell, Solid
 from ..scene.instead import LARGEST
 from ..scene.plausible import MAX_STEPS
+from ..scene.regions import Region
+from ..scene.solids import Made as Generated
 from ..scene.surfaces import BoxTank, Given, Plate, Roof
 from ..scene.units import show
 from .counts import check_counts
@@ -41,6 +51,8 @@ BYTES_PER_NODE = {
 }
 BENDING_BYTES_PER_NODE = 700
 FLUID_BYTES_PER_PARTICLE = 1100
+SOLID_BYTES_PER_NODE = {"trilinear": 1250, "particles": 4200}  # of a metal; elastic ones 400 less
+SOLID_STEP = {"trilinear": 0.98, "particles": 1.05}  # over h / c of pressure waves, cubes
 SINGLE = 0.75  # of it in f32: positions stay in f64, neighbour lists are integers
 FRAME_BYTES_PER_NODE = 45  # positions in f64, everything else in f32
 CHECKPOINT_BYTES_PER_NODE = 300
@@ -57,6 +69,7 @@ STEP = {
 TURNING = 1.07  # of free directors, over D sqrt(...) sqrt(alpha + (e/D)^2)
 ROUND, AT_HOLES = 0.78, 0.5  # finest spacing over D, of round ends and spheres, beside holes
 LARGE = 200_000  # nodes and particles from which on `validate` makes none of them
+HOLE = 800  # nodes that are made while one hole is cut
 RELAXATION = 2000  # force evaluations to the equilibrium of one load increment, the order of magnitude
 NEWTON = 5 * 4e-4  # s a node for one load increment of Newton's method, of some thousand nodes
 
@@ -86,6 +99,8 @@ class Made:
 
     meshes: dict[str, SurfaceMesh]
     fillings: dict[str, Filling]
+    splits: dict[str, Split] = field(default_factory=dict)
+    solids: dict[str, SolidMesh] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -111,28 +126,39 @@ def make(scene: Scene, memory_there: int | None = None) -> Made:
     """The meshes of the shells and the fillings of the fluids; SceneError where those would not fit into `memory_there` bytes."""
     meshes = {shell.name: mesh_of(shell, scene) for shell in scene.shells}
     check_counts(scene, memory_there, meshes)
-    return Made(meshes, {f.name: fill_fluid(f, scene, meshes) for f in scene.fluids})
+    splits = {shell.name: split_of(shell, scene) for shell in scene.shells if shell.patch is not None}
+    meshes |= {body.name: mesh_of(body, scene) for body in scene.rigids if body.surface is not None}
+    solids = {solid.name: solid_mesh_of(solid, scene) for solid in scene.solids}
+    return Made(meshes, {f.name: fill_fluid(f, scene, meshes) for f in scene.fluids}, splits, solids)
 
 
 def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.inf) -> Plan:
     """Checks the scene against its meshes (SceneError) and estimates the run. large: nodes and particles beyond which it makes none and
-    judges by their counts alone."""
+    judges by their counts alone; a hole counts as some of them."""
     memory_there = files.memory()
     counts = check_counts(scene, memory_there)  # before anything is made
-    if sum(counts.values()) > large and not any(isinstance(shell.surface, Given) for shell in scene.shells):
+    generated = [shell.surface for shell in scene.shells if not isinstance(shell.surface, Given) and shell.patch is None]
+    given = len(generated) < len(scene.shells) or any(not isinstance(solid.shape, Generated) for solid in scene.solids)
+    if sum(counts.values()) + HOLE * sum(len(surface.holes) for surface in generated) > large and not given:
         bodies = tuple(_counted_shell(shell, counts[shell.name], scene) for shell in scene.shells)
-        bodies += tuple(_rigid(body) for body in scene.rigids)
+        bodies += tuple(_rigid(body, scene) for body in scene.rigids)
         bodies += tuple(_counted_fluid(fluid, counts[fluid.name], scene) for fluid in scene.fluids)
+        bodies += tuple(_counted_solid(solid, scene) for solid in scene.solids)
         return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second)
     made = make(scene, memory_there)
-    _check_regions(scene, made.meshes)
+    _check_regions(scene, {**made.meshes, **made.solids})
     _check_cuts(scene, made.meshes)
     _check_modes(scene, made.meshes)
-    _check_springs(scene, made.meshes)
+    _check_springs(scene, {**made.meshes, **made.solids})
+    if scene.welds:
+        shells = {shell.name: made.meshes[shell.name] for shell in scene.shells}
+        welded(scene.welds, {name: mesh.points for name, mesh in shells.items()}, {name: mesh.spacing for name, mesh in shells.items()})
+    _check_gases(scene, made)
     check_overlaps(scene, made.meshes, made.fillings)
-    bodies = tuple(_body(shell, made.meshes[shell.name], scene) for shell in scene.shells)
-    bodies += tuple(_rigid(body) for body in scene.rigids)
-    bodies += tuple(_fluid(fluid, made.fillings[fluid.name], scene) for fluid in scene.fluids)
+    bodies = tuple(_part(one, made, scene) for one in parts(scene))
+    bodies += tuple(_rigid(body, scene) for body in scene.rigids)
+    bodies += tuple(_fluid(fluid, made.fillings[fluid.name], scene, made.meshes) for fluid in scene.fluids)
+    bodies += tuple(_solid(solid, made.solids[solid.name], scene) for solid in scene.solids)
     return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second, made)
 
 
@@ -169,22 +195,36 @@ def _estimated(scene: Scene, bodies: tuple[BodyPlan, ...], node_steps_per_second
     )
 
 
+def _part(one: Part, made: Made, scene: Scene) -> BodyPlan:
+    """A shell, or its elements, or its particles."""
+    if one.whole.patch is None:
+        return _body(one.said, made.meshes[one.whole.name], scene)
+    split, mesh = meshed(one, scene)
+    assert split is not None
+    own = one.said.name == one.whole.name
+    areas = split.areas_of_elements if own else split.areas_of_particles
+    mass = float(areas.sum() * one.said.thickness * one.said.material.density)
+    note = f"{'elements' if own else 'particles'} of shell '{one.whole.name}'"
+    return replace(_body(one.said, mesh, scene), mass=mass, analytic_mass=None, note=note)
+
+
 def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:
     ends = mesh.points[mesh.edges.nodes]
     edge = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     finest = mesh.spacing if isinstance(shell.surface, Plate) else float(mesh.node_spacing.min())
-    mass = float(mesh.node_areas.sum() * shell.thickness * shell.material.density)
+    made = sheets_of(shell, mesh, f"{scene.key_of(scene.body(shell.name))}.sections")
+    mass = float(mesh.shared(made.areal).sum())
     between = float(edge.min()), float(edge.max())
-    return _shell(
-        shell,
-        scene,
-        (len(mesh.points), _points(scene.numerics_of(shell).formulation, mesh)),
-        _cells(mesh),
-        mass,
-        finest,
-        between,
-        report(mesh),
-    )
+    note = report(mesh) + ("" if made.even else f"; {_sections(made, mesh)}")
+    size = len(mesh.points), _points(scene.numerics_of(shell).formulation, mesh)
+    return _shell(shell, scene, size, _cells(mesh), mass, finest, between, note, made.sheets)
+
+
+def _sections(made: Sheets, mesh: SurfaceMesh) -> str:
+    """Of what the cells are made, in words."""
+    parts = [(made.of == k, sheet) for k, sheet in enumerate(made.sheets)]
+    said = [f"{own.sum()} cells of {show(sheet.thickness, 'm')} {sheet.material.name}" for own, sheet in parts[:6]]
+    return f"sections: {', '.join(said)}" + (f" and {len(parts) - 6} more" if len(parts) > 6 else "")
 
 
 def _counted_shell(shell: Shell, nodes: int, scene: Scene) -> BodyPlan:
@@ -207,23 +247,25 @@ def _shell(
     finest: float,
     between: tuple[float, float],
     note: str,
+    sheets: Sequence[Sheet] = (),
 ) -> BodyPlan:
-    """size: nodes and cells; kind of most cells; mass [kg]; finest spacing and least and largest edge [m]."""
-    m = shell.material
+    """size: nodes and cells; kind of most cells; mass [kg]; finest spacing and least and largest edge [m]; sheets: of its sections."""
     n = scene.numerics_of(shell)
     generated = not isinstance(shell.surface, Given)
-    factor = STEP[n.formulation.kind, kind]
-    if shell.motion == "free":
-        factor = (factor**-6 + _turning(shell.thickness / finest, n) ** -6) ** (-1 / 6)
-    factor *= 1 - n.irregularity**2 if generated else 1.0
-    dt = n.time_step_safety * factor * finest * math.sqrt(m.density * (1 - m.poisson**2) / m.young)
-    area = None if isinstance(shell.surface, Given) else shell.surface.area
+    dt = math.inf
+    for m, thickness, _ in sheets or [Sheet(shell.material, shell.thickness)]:
+        factor = STEP[n.formulation.kind, kind]
+        if shell.motion == "free":
+            factor = (factor**-6 + _turning(thickness / finest, n) ** -6) ** (-1 / 6)
+        factor *= 1 - n.irregularity**2 if generated else 1.0
+        dt = min(dt, n.time_step_safety * factor * finest * math.sqrt(m.density * (1 - m.poisson**2) / m.young))
+    area = None if isinstance(shell.surface, Given) or shell.sections else shell.surface.area
     return BodyPlan(
         name=shell.name,
         nodes=size[0],
         stress_points=size[1],
         mass=mass,
-        analytic_mass=None if area is None else area * shell.thickness * m.density,
+        analytic_mass=None if area is None else area * shell.thickness * shell.material.density,
         thickness=shell.thickness,
         spacing_min=between[0],
         spacing_max=between[1],
@@ -234,26 +276,29 @@ def _shell(
     )
 
 
-def _rigid(body: Rigid) -> BodyPlan:
+def _rigid(body: Rigid, scene: Scene) -> BodyPlan:
     """Its pinballs; it follows the step of the others."""
-    radii = [p.radius for p in body.pinballs]
+    solid = solid_of(body, scene)
+    radii = solid.radii.tolist()
+    surface = "" if solid.mesh is None else f"; surface of {len(solid.mesh.points)} nodes, {report(solid.mesh)}"
+    note = f"rigid, inertia {', '.join(f'{m:.3g}' for m in solid.moments.diagonal())} kg m2 along x, y, z"
     return BodyPlan(
         name=body.name,
         nodes=len(radii),
         stress_points=0,
-        mass=body.mass,
+        mass=solid.mass,
         analytic_mass=None,
         thickness=2 * min(radii),
         spacing_min=2 * min(radii),
         spacing_max=2 * max(radii),
         dt=math.inf,
-        note=f"rigid, inertia {', '.join(f'{m:.3g}' for m in body.moments.diagonal())} kg m2 along x, y, z",
+        note=(note if body.free else "rigid, held" if body.held else "rigid, driven") + surface,
     )
 
 
-def _fluid(fluid: Fluid, filling: Filling, scene: Scene) -> BodyPlan:
+def _fluid(fluid: Fluid, filling: Filling, scene: Scene, meshes: Mapping[str, SurfaceMesh]) -> BodyPlan:
     """Its particles, and the step of sound through them."""
-    n, note = len(filling.points), "; ".join([filling.sentence, *too_narrow(scene, fluid.name)])
+    n, note = len(filling.points), "; ".join([filling.sentence, *too_narrow(scene, fluid.name, meshes)])
     return _of_particles(fluid, scene, n, filling.mass * n, fluid.water.density * filling.volume, filling.spacing, note)
 
 
@@ -278,6 +323,42 @@ def _of_particles(fluid: Fluid, scene: Scene, n: int, mass: float, analytic: flo
         note=note,
         memory=FLUID_BYTES_PER_PARTICLE * n,
         every=fluid.every or 1,
+    )
+
+
+def _solid(solid: Solid, mesh: SolidMesh, scene: Scene) -> BodyPlan:
+    """Its cells, and the step of pressure waves through the smallest of them."""
+    finest = float(np.cbrt(mesh.volumes * np.where(mesh.corners == 8, 1.0, 6.0)).min())
+    mass = float(mesh.volumes.sum()) * solid.material.density
+    note = "; ".join((f"{len(mesh.cells)} cells", *mesh.notes))
+    return _of_cells(solid, scene, (len(mesh.points), len(mesh.cells)), mass, finest, note)
+
+
+def _counted_solid(solid: Solid, scene: Scene) -> BodyPlan:
+    """By the count of its nodes."""
+    spacing = scene.numerics_of(solid).spacing
+    assert isinstance(solid.shape, Generated)
+    n = round(nodes_of_solid(solid.shape, spacing))
+    return _of_cells(solid, scene, (n, n), solid.shape.volume * solid.material.density, spacing, "counted")
+
+
+def _of_cells(solid: Solid, scene: Scene, size: tuple[int, int], mass: float, finest: float, note: str) -> BodyPlan:
+    """size: nodes and cells; mass [kg]; finest spacing [m]."""
+    m, kind = solid.material, solid.formulation.kind
+    pressed = (1 - m.poisson) / ((1 + m.poisson) * (1 - 2 * m.poisson))  # modulus of pressure waves over E
+    shape = solid.shape
+    return BodyPlan(
+        name=solid.name,
+        nodes=size[0],
+        stress_points=size[1],
+        mass=mass,
+        analytic_mass=shape.volume * m.density if isinstance(shape, Generated) else None,
+        thickness=0.0,
+        spacing_min=finest,
+        spacing_max=scene.numerics_of(solid).spacing,
+        dt=scene.numerics.time_step_safety * SOLID_STEP[kind] * finest * math.sqrt(m.density / (m.young * pressed)),
+        note=note,
+        memory=size[0] * SOLID_BYTES_PER_NODE[kind],
     )
 
 
@@ -313,7 +394,7 @@ def _by_newton(scene: Scene, nodes: int) -> bool:
     return scene.static.method is not None or (able and nodes <= LARGEST)
 
 
-def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
+def _check_regions(scene: Scene, meshes: dict[str, Any]) -> None:
     held: dict[str, list[tuple[int, np.ndarray]]] = {}
     sizes = {name: (extent(mesh.points), extent(mesh.centres)) for name, mesh in meshes.items()}
     for key in ("forces", "moments", "motions", "initial"):
@@ -322,7 +403,10 @@ def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
             points = body.places() if mesh is None else mesh.points
             if points is None:
                 continue
-            caught = inside(load.where, points, None if mesh is None else sizes[load.body][0])
+            try:
+                caught = inside(load.where, points) if mesh is None else nodes_in(load.where, mesh, sizes[load.body][0])
+            except SceneError as error:
+                raise SceneError(f"{key}[{number}].where: {error}") from None
             if not caught.any():
                 low, high = points.min(axis=0), points.max(axis=0)
                 where = f"{key}[{number}].where catches no"
@@ -338,13 +422,13 @@ def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
         mesh = meshes.get(pressure.body)
         if mesh is None or pressure.where is None:
             continue
-        if not inside(pressure.where, mesh.centres, sizes[pressure.body][1]).any():
+        if not _caught(pressure.where, mesh, sizes[pressure.body][1], f"pressures[{number}].where"):
             raise SceneError(
                 f"pressures[{number}].where catches no cell of shell '{pressure.body}', whose nodes are {show(mesh.spacing, 'm')} apart"
             )
     for index, shell in enumerate(scene.shells):
         for number, region in enumerate(shell.sound):
-            if not inside(region, meshes[shell.name].centres, sizes[shell.name][1]).any():
+            if not _caught(region, meshes[shell.name], sizes[shell.name][1], f"shells[{index}].sound[{number}]"):
                 raise SceneError(
                     f"shells[{index}].sound[{number}] catches no stress point of shell '{shell.name}', whose nodes are "
                     f"{show(meshes[shell.name].spacing, 'm')} apart"
@@ -364,6 +448,14 @@ def _check_regions(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
             )
 
 
+def _caught(region: Region, mesh: SurfaceMesh, size: float, key: str) -> bool:
+    """Whether a region holds a cell; SceneError that names its key for a group that is not there."""
+    try:
+        return bool(cells_in(region, mesh, size).any())
+    except SceneError as error:
+        raise SceneError(f"{key}: {error}") from None
+
+
 def _check_modes(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
     """A body has as many modes as unknowns, and the search for a few of them needs some more."""
     if scene.modes is None:
@@ -377,7 +469,7 @@ def _check_modes(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
             )
 
 
-def _check_springs(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
+def _check_springs(scene: Scene, meshes: dict[str, Any]) -> None:
     """The ends of springs lie on their bodies."""
     for number, spring in enumerate(scene.springs):
         for end, (name, point) in enumerate(zip(spring.between, spring.points)):
@@ -392,6 +484,18 @@ def _check_springs(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
                     f"springs[{number}].points[{end}] is {show(away, 'm')} from the nearest node of '{name}', beyond {within}, "
                     f"{show(allowed, 'm')}: an end must lie on its body"
                 )
+
+
+def _check_gases(scene: Scene, made: Made) -> None:
+    """Gas is in a closed shell and has room there."""
+    for number, gas in enumerate(scene.gases):
+        mesh = made.meshes[gas.body]
+        if (mesh.edges.sides[:, 1] < 0).any():
+            raise SceneError(f"gases[{number}]: shell '{gas.body}' is open, and gas that flows out is not possible yet; close it")
+        water = sum(made.fillings[f.name].volume for f in scene.fluids if getattr(f.fill, "shell", None) == gas.body)
+        if mesh.volume < 0 or water > 0.99 * mesh.volume:
+            why = "its normals point inward" if mesh.volume < 0 else "it is full of water"
+            raise SceneError(f"gases[{number}]: there is no room for gas in shell '{gas.body}': {why}")
 
 
 def _check_cuts(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:

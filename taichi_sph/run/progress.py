@@ -128,7 +128,10 @@ def progress_line(
         f"energy error {energies.get('closed_residual_percent', float('nan')):.2g} %",
         f"{status.get('broken', 0)} broken",
     ]
-    parts += [f"{count} {name.replace('_', ' ')}" for name, count in status.items() if name != "broken" and count]
+    for name, found in status.items():  # '28 newton steps', but 'residual 3.4e-06'
+        if name != "broken" and found:
+            words = name.replace("_", " ")
+            parts.append(f"{words} {found:.3g}" if isinstance(found, float) else f"{found} {words}")
     if eta is not None:
         parts.append(f"ETA {duration_text(eta)}")
     return "  ".join(parts)

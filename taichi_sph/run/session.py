@@ -27,7 +27,7 @@ from . import speed
 from .draw import draw
 from .gate import LOG_FILE, SCENE_FILE, STOPPED, SUMMARY_FILE, check_out, checked_plan, default_out
 from .progress import Pace, Progress, progress_line
-from .tell import contact_text, tell_plan
+from .tell import contact_text, overlap_text, tell_plan
 
 RESUMED = ("static.method", "static.residual", "static.max_steps")  # what a resumed search for equilibrium may change
 BEAT = 0.5  # s of wall clock between looks at the clock, the keyboard and the screen
@@ -60,6 +60,8 @@ class WorldLike(Protocol):
     def tracks(self, look: bool = True) -> dict[str, dict[str, float]]: ...
     def track_units(self) -> dict[str, dict[str, str]]: ...
     def contact_report(self) -> dict[str, float] | None: ...
+
+    def overlap_report(self) -> dict[str, float] | None: ...
     def frame(self) -> Any: ...
     def energies(self) -> dict[str, float]: ...
     def status(self) -> dict[str, Any]: ...
@@ -384,13 +386,15 @@ class _Session:
                 "processor": c.processor,
                 "bytes": sim.bytes,
             }
-            summary = write_summary(folder, **counted, contact=sim.contact_report(), **how)
+            summary = write_summary(folder, **counted, contact=sim.contact_report(), overlap=sim.overlap_report(), **how)
             lines = answer(folder, summary)
         if c.advance > 1.0 and self.scene.increments is None:  # shorter ones measure the start; a step of statics is no step
             speed.remember(self.scene, self.arch, summary["node_steps_per_second"])
         drawn = draw(self.out, self.progress) if pictures else []
         if "contact" in summary:
             lines = [*lines, contact_text(summary["contact"])]
+        if "overlap" in summary:
+            lines = [*lines, overlap_text(summary["overlap"])]
         for line in ("", *lines, ""):
             self.progress.say(line)
         self.progress.say(f"written: {self.out}{os.sep} with {SUMMARY_FILE}, record.json, histories, frames (for ParaView)")

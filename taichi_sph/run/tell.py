@@ -48,3 +48,14 @@ def contact_text(contact: dict[str, float]) -> str:
     if contact["unsolved"]:
         text += f"; {contact['unsolved']:.0f} of {contact['solves']:.0f} steps ended above the tolerance"
     return text
+
+
+def overlap_text(overlap: dict[str, float]) -> str:
+    """One line on how elements and particles were tied and what it cost."""
+    text = (
+        f"overlap: {overlap['constraints']:.0f} constraints, {100 * overlap['share']:.1f} % of the time; left of velocities "
+        f"{overlap['velocities']:.1g}, of rates of directors {overlap['directors']:.1g}"
+    )
+    if overlap["damage"] > 0:
+        text += f"; damage outside of the patch {100 * overlap['damage']:.2g} % of D_c"
+    return text

@@ -19,21 +19,25 @@ _WHERE = {
     "loads": (
         "InitialVelocity", "NodalForce", "NodalMoment", "PrescribedVelocity", "Pulse", "Radial", "Rotation", "SurfacePressure"
     ),
-    "materials": ("Delay", "JohnsonCook", "LemaitreChaboche", "Material", "Mazars", "Perfect", "Power", "Table"),
+    "materials": ("Concrete", "Delay", "Heat", "JohnsonCook", "LemaitreChaboche", "Material", "Mazars", "Perfect", "Power", "Table"),
     "numerics": ("Numerics",),
-    "regions": ("Ball", "Box", "Outside"),
+    "regions": ("Ball", "Box", "Group", "Outside"),
     "schema": ("Scene",),
     "script": ("derive", "dump", "load", "load_scene", "parameters_of"),
+    "solids": ("Brick", "Cells", "Ogive", "Rod"),
     "study": ("Convergence", "Study"),
     "surfaces": (
         "BoxTank", "CappedTank", "Cylinder", "Disc", "Frustum", "HoleIn", "MeshFile", "Net", "Plate", "Roof", "Sphere", "SpherePatch"
     ),
-    "units": ("Angle", "Density", "Dimensionless", "Force", "Length", "Pressure", "Speed", "Spin", "Time", "to_si"),
-    "..bodies.fluid.said": ("Acoustic", "Fluid", "FluidBox", "Hole", "ShellFill", "Tait", "Wall", "Water"),
-    "..bodies.rigid.said": ("Driven", "Pinball", "Rigid"),
-    "..bodies.shell.said": ("Collocation", "Cut", "FiniteElements", "Galerkin", "Shell", "Viscosity"),
+    "units": ("Angle", "Density", "Dimensionless", "Force", "Length", "Mass", "Pressure", "Speed", "Spin", "Stiffness", "Time", "to_si"),
+    "..bodies.fluid.said": ("Acoustic", "Fluid", "FluidBox", "FluidRound", "Hole", "ShellFill", "Tait", "Wall", "Water"),
+    "..bodies.rigid.said": ("DiscFace", "Driven", "Pinball", "Rigid", "TubeFace"),
+    "..bodies.shell.said": ("Collocation", "Cut", "FiniteElements", "Galerkin", "Patch", "Section", "Shell", "Viscosity"),
+    "..bodies.solid.said": ("Particles", "Solid", "Trilinear"),
     "..couplings.contact.said": ("Meeting", "PinballContact"),
+    "..couplings.gas.said": ("Gas",),
     "..couplings.springs.said": ("Spring",),
+    "..couplings.welds.said": ("Weld",),
 }  # fmt: skip
 _HOME = {name: module for module, names in _WHERE.items() for name in names}
 __all__ = sorted(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]

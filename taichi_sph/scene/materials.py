@@ -1,7 +1,8 @@
 """Materials as the user says them: strength, damage, rupture chosen apart. No Taichi here.
 
     strength    none (elastic), "perfect", "power", "table", "johnson_cook"
-    damage      none, Mazars (brittle, without strength), LemaitreChaboche (ductile, needs a strength)
+    damage      none, Mazars (brittle shells, without strength), Concrete (solids, without strength), LemaitreChaboche (ductile, needs a
+                strength)
     delay       none, or the delay law of either damage
     rupture     critical_damage: a cell whose delayed damage reaches it breaks
 
@@ -16,7 +17,7 @@ from pydantic import BeforeValidator, Field, StrictBool, StrictInt, model_valida
 
 from . import plausible
 from .base import Choice, Frozen
-from .units import Density, Dimensionless, Pressure, Rate, Time
+from .units import Capacity, Density, Dimensionless, Pressure, Rate, Temperature, Time, show
 
 # --- strength ---------------------------------------------------------------------------------------
 
@@ -75,8 +76,25 @@ class Table(_Strength):
         return self
 
 
+class Heat(Frozen):
+    """Johnson and Cook's softening by heat, 1 - T*^m with T* = (T - room) / (melting - room), of a solid that keeps the heat of its own
+    plastic work: dT = share x work / (density x capacity) (Johnson and Cook 1983)."""
+
+    m: Annotated[Dimensionless, Field(gt=0, le=5)]
+    melting: Annotated[Temperature, Field(gt=0)]
+    capacity: Annotated[Capacity, Field(gt=0)]
+    room: Annotated[Temperature, Field(gt=0)] = 293.0
+    share: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.9
+
+    @model_validator(mode="after")
+    def _melts(self) -> Heat:
+        if self.melting <= self.room:
+            raise ValueError(f"melting {self.melting:g} K must be above room {self.room:g} K")
+        return self
+
+
 class JohnsonCook(_Strength):
-    """sigma_y = (A + B lambda^n)(1 + C ln(rate / rate0)), the last factor 1 below rate0 (T 2.104, no heat)."""
+    """sigma_y = (A + B lambda^n)(1 + C ln(rate / rate0)), the last factor 1 below rate0 (T 2.104). heat: times its softening, of solids."""
 
     kind: Literal["johnson_cook"] = "johnson_cook"
     A: Annotated[Pressure, Field(gt=0)]
@@ -84,6 +102,7 @@ class JohnsonCook(_Strength):
     n: Annotated[Dimensionless, Field(gt=0, le=1)]
     C: Annotated[Dimensionless, Field(ge=0, le=10)]
     rate0: Annotated[Rate, Field(gt=0)]
+    heat: Heat | None = None
 
 
 Strength = Annotated[Perfect | Power | Table | JohnsonCook, *Choice]
@@ -119,11 +138,39 @@ class LemaitreChaboche(Frozen):
         return self
 
 
+class Concrete(Frozen):
+    """Concrete of a solid: elastic up to its strengths in tension and compression, then damaged as Mazars' law has it, D = 1 - eps_D (1 -
+    A) / eps - A exp(-B (eps - eps_D)) with eps_D = tension / E (laws/concrete.py).
+
+    `strain`: what drives the damage, "de_vree" (modified von Mises strain, exact for both strengths, nothing under pressure) or
+    "principal" (P's form: the squares of positive principal strains and `share` times those of negative ones). `rubble`: what is broken
+    still rubs under pressure.
+    """
+
+    kind: Literal["concrete"] = "concrete"
+    tension: Annotated[Pressure, Field(gt=0)]
+    compression: Annotated[Pressure, Field(gt=0)]
+    A: Annotated[Dimensionless, Field(ge=0, le=1)] = 1.0
+    B: Annotated[Dimensionless, Field(gt=0)]
+    strain: Literal["de_vree", "principal"] = "de_vree"
+    share: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.1
+    rubble: StrictBool = True
+
+    @model_validator(mode="after")
+    def _stronger_in_compression(self) -> Concrete:
+        if self.compression < self.tension:
+            raise ValueError(
+                f"compression {show(self.compression, 'Pa')} is below tension {show(self.tension, 'Pa')}: concrete bears more in "
+                "compression"
+            )
+        return self
+
+
 def _mazars_meant(value: Any) -> Any:
     return {"kind": "mazars", **value} if isinstance(value, dict) and "kind" not in value else value
 
 
-Damage = Annotated[Mazars | LemaitreChaboche, Field(discriminator="kind"), BeforeValidator(_mazars_meant)]
+Damage = Annotated[Mazars | LemaitreChaboche | Concrete, Field(discriminator="kind"), BeforeValidator(_mazars_meant)]
 
 
 class Delay(Frozen):
@@ -137,7 +184,7 @@ class Delay(Frozen):
 
 
 class Material(Frozen):
-    """Isotropic elasticity in plane stress, with optional strength, damage, delay and rupture."""
+    """Isotropic elasticity (of a shell in plane stress), with optional strength, damage, delay and rupture."""
 
     name: str
     source: str = ""
@@ -149,13 +196,20 @@ class Material(Frozen):
     delay: Delay | None = None
     critical_damage: Annotated[Dimensionless, Field(gt=0, le=1)] | None = None  # D_c: rupture
 
+    @property
+    def laws(self) -> tuple:
+        """What is compiled for it: strength (none; by a table, with rates, layers), damage, delay, rupture. Numbers do not count."""
+        strength = self.strength
+        hardens = None if strength is None else (strength.kind == "table", strength.kind == "johnson_cook", strength.layers)
+        return hardens, self.damage is not None, self.delay is not None, self.critical_damage is not None
+
     @model_validator(mode="after")
     def _believable(self) -> Material:
         if self.damage is None and (self.delay is not None or self.critical_damage is not None):
             raise ValueError("delay and critical_damage need a damage law: set damage")
         if isinstance(self.damage, LemaitreChaboche) and self.strength is None:
             raise ValueError("damage: 'lemaitre_chaboche' grows with plastic strain and needs a strength: set strength")
-        if isinstance(self.damage, Mazars) and self.strength is not None:
-            raise ValueError("damage: 'mazars' is for brittle materials without strength; use 'lemaitre_chaboche'")
+        if isinstance(self.damage, Mazars | Concrete) and self.strength is not None:
+            raise ValueError(f"damage: '{self.damage.kind}' is for brittle materials without strength; use 'lemaitre_chaboche'")
         plausible.material(self)
         return self

@@ -7,67 +7,44 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-_BY_REGION = "a shell has one {} throughout; make two shells, or wait for regions of a mesh"
-_SMOOTH = "bodies slide on each other without friction"
+_BY_REGION = "is said of sections: sections = (Section(where=..., {}=...),), where a Box, a Ball or a Group of the mesh"
 _PAIR = "is said of a pair of bodies: Meeting(between=(one, other), {})"
 
 NOT_YET: dict[str, dict[str, str]] = {
     "Scene": {
-        "friction": _SMOOTH,
         "temperature": "temperature is not followed",
         "thermal": "temperature is not followed",
         "heat": "temperature is not followed",
         "explosives": "there are no explosives; give their pressure as a SurfacePressure with history = Friedlander(...)",
-        "beams": "there are shells, rigid bodies and fluids; no beams",
-        "solids": "there are shells, rigid bodies and fluids; no solids",
-        "joints": "bodies are joined by contact and springs alone; no joints",
-        "ties": "bodies are joined by contact and springs alone; no ties",
+        "beams": "there are shells, solids, rigid bodies and fluids; no beams",
+        "joints": "bodies are joined by contact, springs and welds alone; no joints",
         "constraints": "nodes are held by motions alone; no constraints between nodes",
         "mass_scaling": "masses are what they are; the step follows from the spacing",
         "damping": "there is no damping of whole bodies; springs may damp, and static finds equilibrium",
     },
     "Shell": {
-        "friction": _SMOOTH,
-        "thickness_by_region": _BY_REGION.format("thickness"),
-        "thicknesses": _BY_REGION.format("thickness"),
-        "material_by_region": _BY_REGION.format("material"),
-        "materials": _BY_REGION.format("material"),
-        "sections": _BY_REGION.format("thickness and one material"),
-        "regions": _BY_REGION.format("thickness and one material"),
         "plies": "a shell has one material through its thickness; no laminates",
         "layup": "a shell has one material through its thickness; no laminates",
         "offset": "the surface is the mid-surface",
-        "ribs": "three cells at one edge are not possible, and ribs meet a plate so; make them shells of their own that touch it",
-        "stiffeners": "three cells at one edge are not possible, and ribs meet a plate so; make them shells of their own that touch it",
         "drilling": "directors do not turn about themselves",
         "prestress": "a shell starts without stress",
         "initial_stress": "a shell starts without stress",
         "erosion": "cells break by their law of damage: material.damage with critical_damage",
     },
-    "Rigid": {
-        "friction": _SMOOTH,
-        "surface": "a rigid body is made of spheres: pinballs",
-        "mesh": "a rigid body is made of spheres: pinballs",
-        "shape": "a rigid body is made of spheres: pinballs",
-    },
+    "Rigid": {},
     "Fluid": {
         "viscosity": "water has no viscosity of its own, only the artificial one, alpha",
         "surface_tension": "water has no surface tension",
-        "gas": "above the water is vacuum; gas is not computed",
-        "pressure": "water starts at rest or hydrostatic; no other pressure at the start",
-        "initial_pressure": "water starts at rest or hydrostatic; no other pressure at the start",
         "temperature": "temperature is not followed",
         "inflow": "water does not flow in; what is there is there at the start",
     },
     "PinballContact": {
-        "friction": _SMOOTH,
         "type": "there is one kind of contact, pinballs with multipliers; no penalty, no surface to surface",
         "penalty": "there is one kind of contact, pinballs with multipliers; no penalty",
         "stiffness": "there is one kind of contact, pinballs with multipliers; no penalty",
         "damping": "contact takes energy by restitution alone",
     },
     "Meeting": {
-        "friction": _SMOOTH,
         "type": "there is one kind of contact, pinballs with multipliers; no penalty, no surface to surface",
         "penalty": "there is one kind of contact, pinballs with multipliers; no penalty",
         "stiffness": "there is one kind of contact, pinballs with multipliers; no penalty",
@@ -77,9 +54,9 @@ NOT_YET: dict[str, dict[str, str]] = {
         "adhesion": "contact pushes and does not hold",
     },
     "Wall": {
-        "size": "a wall is a plane without end; a finite one is a shell or a held rigid body",
-        "motion": "a wall stands still",
-        "velocity": "a wall stands still",
+        "size": "a wall is a plane without end; a finite one is a held rigid body with a surface",
+        "motion": "a wall stands still; a rigid body with a surface is driven",
+        "velocity": "a wall stands still; a rigid body with a surface is driven",
         "friction": "water slides along a wall",
     },
     "Material": {
@@ -105,6 +82,8 @@ NOT_YET: dict[str, dict[str, str]] = {
 
 ELSEWHERE: dict[str, dict[str, str]] = {
     "Scene": {
+        "friction": _PAIR.format("friction=..."),
+        "ties": "are welds: Weld(between=(one, other))",
         "contacts": "is numerics.contact, and meetings for pairs of bodies",
         "contact": "is numerics.contact, and meetings for pairs of bodies",
         "loads": "are forces, moments, pressures and gravity",
@@ -119,7 +98,15 @@ ELSEWHERE: dict[str, dict[str, str]] = {
         "strikers": "are rigids",
     },
     "Shell": {
+        "thickness_by_region": _BY_REGION.format("thickness"),
+        "thicknesses": _BY_REGION.format("thickness"),
+        "material_by_region": _BY_REGION.format("material"),
+        "materials": _BY_REGION.format("material"),
+        "regions": _BY_REGION.format("thickness"),
+        "ribs": "are shells of their own, welded on: Weld(between=(plate, rib))",
+        "stiffeners": "are shells of their own, welded on: Weld(between=(plate, stiffener))",
         "restitution": _PAIR.format("restitution=..."),
+        "friction": _PAIR.format("friction=..."),
         "contact": "is numerics.contact of the scene; self_contact = true lets parts of one shell meet",
         "holes": "stand in the surface: surface.holes = (HoleIn(centre=..., radius=...),)",
         "mesh": "is surface: MeshFile(path=...), or Net(points=..., cells=...)",
@@ -128,12 +115,20 @@ ELSEWHERE: dict[str, dict[str, str]] = {
         "density": "is material.density",
         "young": "is material.young",
     },
+    "Fluid": {
+        "gas": "is gases of the scene: Gas(body=..., pressure=...) fills what the water leaves of a closed shell",
+        "initial_pressure": "is pressure",
+    },
     "Rigid": {
+        "friction": _PAIR.format("friction=..."),
+        "mesh": "is surface: MeshFile(path=...), or Net(points=..., cells=...)",
+        "shape": "is surface: a BoxTank, a Sphere, a MeshFile and others",
         "radius": "is pinballs: each has a centre and a radius",
         "fixed": "is held",
         "motion": "is driven",
         "history": "is driven.history",
     },
+    "PinballContact": {"friction": _PAIR.format("friction=...")},
     "Numerics": {
         "dt": "follows from the spacing; time_step_safety lowers it",
         "time_step": "follows from the spacing; time_step_safety lowers it",
@@ -146,17 +141,16 @@ ELSEWHERE: dict[str, dict[str, str]] = {
 
 KINDS: dict[str, dict[str, str]] = {  # by a kind that stands beside them
     "plate": {
-        "stiffened_panel": "three cells at one edge are not possible, and ribs meet a plate so",
-        "tee": "three cells at one edge are not possible",
+        "stiffened_panel": "three cells at one edge are not possible; make it a Plate and Plates on edge, joined by welds",
+        "tee": "three cells at one edge are not possible; make it two Plates joined by a Weld",
         "ellipsoid": "make it a mesh, or a CappedTank with elliptical heads",
         "step": "geometry of CAD is not read; mesh it and give the mesh",
         "iges": "geometry of CAD is not read; mesh it and give the mesh",
     },
     "ball": {
-        "cylinder": "regions are boxes, balls and what is outside of them",
-        "group": "regions are boxes and balls; groups of a mesh are none yet, but part = '...' of a MeshFile reads one",
-        "set": "regions are boxes and balls; sets of a mesh are none yet, but part = '...' of a MeshFile reads one",
-        "nodes": "regions are boxes and balls; nodes by number are none yet",
+        "cylinder": "regions are boxes, balls, groups of a mesh and what is outside of them",
+        "set": "regions are boxes, balls and groups of cells: Group(name=...); sets of nodes are none yet",
+        "nodes": "regions are boxes, balls and groups of cells: Group(name=...); nodes by number are none yet",
     },
     "galerkin": {"fem": "shells are computed by particles alone", "total_lagrangian": "both forms are total Lagrangian; choose galerkin"},
 }

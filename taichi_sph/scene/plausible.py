@@ -59,9 +59,9 @@ def material(m: Material) -> None:
 def names(s: Scene) -> None:
     """There is a body, and no two have one name."""
     if not s.bodies:
-        raise ValueError("shells, rigids and fluids are empty: a scene needs at least one body")
+        raise ValueError("shells, rigids, fluids and solids are empty: a scene needs at least one body")
     taken: dict[str, str] = {}
-    for body in (*s.shells, *s.rigids, *s.fluids, *s.others):
+    for body in (*s.shells, *s.rigids, *s.fluids, *s.solids, *s.others):
         small = body.name.lower()  # some disks do not tell A from a
         if small in taken:
             alike = "" if taken[small] == body.name else f", like '{taken[small]}'"
@@ -78,6 +78,10 @@ def scene(s: Scene) -> None:
     for shell in s.shells:
         if shell.thickness < LEAST:
             raise ValueError(f"{s.key_of(shell)}.thickness {shell.thickness:.4g} m is below {show(LEAST, 'm')}, a few atoms")
+        for k, section in enumerate(shell.sections):
+            if section.thickness is not None and section.thickness < LEAST:
+                key = f"{s.key_of(shell)}.sections[{k}].thickness"
+                raise ValueError(f"{key} {section.thickness:.4g} m is below {show(LEAST, 'm')}, a few atoms")
     _schedule(s)
     if s.walls and not s.fluids:
         raise ValueError("walls hold fluids, and the scene has none: leave them out or add a fluid")
@@ -134,8 +138,8 @@ def _timeless(s: Scene, key: str) -> None:
     """A scene without time: of shells that do not touch, for modes and limits of a single one."""
     if key != "static" and len(s.shells) > 1:
         raise ValueError(f"{key}: the scene has {len(s.shells)} shells, and {key} of several are not possible yet; leave one in")
-    if s.others:
-        raise ValueError(f"{key}: '{s.others[0].name}' moves in time; leave out {key} or it")
+    if moving := (*s.solids, *s.others):
+        raise ValueError(f"{key}: '{moving[0].name}' moves in time; leave out {key} or it")
     for a, b in s.pairs():
         if a != b:
             raise ValueError(

@@ -1,4 +1,4 @@
-"""Where: parts of the reference configuration, by boxes and balls."""
+"""Where: parts of the reference configuration, by boxes and balls, or by the groups of a mesh."""
 
 from __future__ import annotations
 
@@ -33,11 +33,19 @@ class Ball(Frozen):
     radius: Annotated[Length, Field(gt=0)]
 
 
+class Group(Frozen):
+    """The cells of the group of that name of a mesh: a physical group, set, part or property of a file, or one of `groups` of a Net; of
+    nodes, those of its cells."""
+
+    kind: Literal["group"] = "group"
+    name: Annotated[str, Field(min_length=1, max_length=200)]
+
+
 class Outside(Frozen):
     """Reference points that are not strictly inside `of`: the rim of a disc, the far side of a box."""
 
     kind: Literal["outside"] = "outside"
-    of: Annotated[Box | Ball, *Choice]
+    of: Annotated[Box | Ball | Group, *Choice]
 
 
-Region = Annotated[Box | Ball | Outside, *Choice]
+Region = Annotated[Box | Ball | Group | Outside, *Choice]

@@ -11,7 +11,7 @@ What a kind of body or coupling says, and what it checks against the rest of a s
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from itertools import combinations_with_replacement
 from typing import Annotated, Any, Literal
 
@@ -21,9 +21,12 @@ from .. import bodies as body_folder
 from .. import couplings as coupling_folder
 from ..bodies.fluid.said import Fluid, Wall
 from ..bodies.rigid.said import Rigid
-from ..bodies.shell.said import Shell
+from ..bodies.shell.said import PARTICLES, Shell
+from ..bodies.solid.said import Solid
 from ..couplings.contact.said import Meeting, Met, meeting, met
+from ..couplings.gas.said import Gas
 from ..couplings.springs.said import Spring
+from ..couplings.welds.said import Weld
 from ..errors import nearest
 from . import plausible
 from .base import Body, Frozen, Name
@@ -35,7 +38,7 @@ from .loads import InitialVelocity, NodalForce, NodalMoment, PrescribedVelocity,
 from .numerics import Numerics
 from .units import Acceleration, Time
 
-LOADS = ("forces", "moments", "pressures", "motions", "initial")
+LOADS = ("forces", "moments", "pressures", "gases", "motions", "initial")
 OWN = ("spacing", "cells", "irregularity", "seed", "formulation", "raised_inertia")  # of the numerics, that a body may say for itself
 
 
@@ -72,14 +75,17 @@ class Scene(Frozen):
     shells: tuple[Shell, ...] = ()
     rigids: tuple[Rigid, ...] = ()
     fluids: tuple[Fluid, ...] = ()
+    solids: tuple[Solid, ...] = ()
     others: tuple[Annotated[SerializeAsAny[Body], _of(body_folder.kinds, "others")], ...] = ()
-    walls: tuple[Wall, ...] = ()  # of the fluids
-    meetings: tuple[Meeting, ...] = ()  # who meets whom, where that is not all
-    springs: tuple[Spring, ...] = ()
+    walls: Annotated[tuple[Wall, ...], Field(max_length=200)] = ()  # of the fluids
+    meetings: Annotated[tuple[Meeting, ...], Field(max_length=2000)] = ()  # who meets whom, where that is not all
+    springs: Annotated[tuple[Spring, ...], Field(max_length=2000)] = ()
+    welds: Annotated[tuple[Weld, ...], Field(max_length=2000)] = ()
     interactions: tuple[Annotated[SerializeAsAny[Frozen], _of(coupling_folder.kinds, "interactions")], ...] = ()
     forces: tuple[NodalForce, ...] = ()
     moments: tuple[NodalMoment, ...] = ()
     pressures: tuple[SurfacePressure, ...] = ()
+    gases: tuple[Gas, ...] = ()
     gravity: tuple[Acceleration, Acceleration, Acceleration] | None = None
     motions: tuple[PrescribedVelocity, ...] = ()
     initial: tuple[InitialVelocity, ...] = ()
@@ -127,17 +133,18 @@ class Scene(Frozen):
 
     @property
     def bodies(self) -> tuple[Any, ...]:
-        """All bodies: shells, fluids, rigid bodies, then the others."""
-        return (*self.shells, *self.fluids, *self.rigids, *self.others)
+        """All bodies: shells, fluids, rigid bodies, solids, then the others."""
+        return (*self.shells, *self.fluids, *self.rigids, *self.solids, *self.others)
 
     @property
     def couplings(self) -> tuple[Any, ...]:
-        """What was said of pairs of bodies: meetings, springs, then the other interactions."""
-        return (*self.meetings, *self.springs, *self.interactions)
+        """What was said of pairs of bodies, and of gases in them: meetings, springs, welds, gases, then the other interactions."""
+        return (*self.meetings, *self.springs, *self.welds, *self.gases, *self.interactions)
 
     def body(self, name: str) -> Any:
-        """The body of that name."""
-        return next(body for body in self.bodies if body.name == name)
+        """The body of that name, or the one whose part has it."""
+        found = next((body for body in self.bodies if body.name == name), None)
+        return found or next(body for body in self.bodies if body.name == name.removesuffix(PARTICLES))
 
     def key_of(self, said: Any) -> str:
         """Where something stands: "fluids[1]"."""
@@ -150,11 +157,11 @@ class Scene(Frozen):
         return getattr(self, key)[:number]
 
     def _place(self, said: Any) -> tuple[str, int]:
-        keys = ("shells", "fluids", "rigids", "others", "meetings", "springs", "interactions")
+        keys = ("shells", "fluids", "rigids", "solids", "others", "meetings", "springs", "welds", "gases", "interactions")
         return next((key, n) for key in keys for n, entry in enumerate(getattr(self, key)) if entry is said)
 
     def loads_of(self, key: str, body: str) -> tuple[Any, ...]:
-        """The entries of `forces`, `moments`, `pressures`, `motions` or `initial` that name that body, in their order."""
+        """The entries of `forces`, `moments`, `pressures`, `gases`, `motions` or `initial` that name that body, in their order."""
         return tuple(load for load in getattr(self, key) if load.body == body)
 
     def numerics_of(self, body: Any) -> Numerics:
@@ -164,13 +171,17 @@ class Scene(Frozen):
 
     @property
     def formulations(self) -> str:
-        """In which forms its shells are computed, in words."""
-        forms = [self.numerics_of(shell).formulation for shell in self.shells] or [self.numerics.formulation]
+        """In which forms its shells and solids are computed, in words."""
+        forms = [self.numerics_of(body).formulation for body in (*self.shells, *self.solids)] or [self.numerics.formulation]
         return ", ".join(dict.fromkeys(form.label for form in forms))
 
     def met(self, one: str, other: str) -> Met:
         """What holds between two bodies, by name: may they meet, with which restitution."""
         return met(self, one, other)
+
+    def meets(self) -> Callable[[str, str], bool]:
+        """Whether two bodies may meet, by name; to be asked of many."""
+        return meeting(self)
 
     def thrown(self) -> tuple[str, float]:
         """The body that starts fastest, in words, and its speed [m/s]."""
@@ -183,7 +194,7 @@ class Scene(Frozen):
 
     def pairs(self) -> list[tuple[str, str]]:
         """Names of the bodies that may meet, a body with itself where it has self-contact."""
-        meets = meeting(self)
+        meets = self.meets()
         return [(a, b) for a, b in combinations_with_replacement([body.name for body in self.bodies], 2) if meets(a, b)]
 
     @property

@@ -265,15 +265,19 @@ def _index(data: Any, part: str, path: str) -> Any:
 
 def _anchored(scene: Scene, folder: Path) -> Scene:
     """Mesh paths are meant from the folder of the script."""
-    if all(not isinstance(s.surface, MeshFile) or s.surface.path.is_absolute() for s in scene.shells):
-        return scene
-    shells = []
-    for shell in scene.shells:
-        if isinstance(shell.surface, MeshFile):
-            surface = shell.surface.model_copy(update={"path": folder / shell.surface.path})
-            shell = shell.model_copy(update={"surface": surface})
-        shells.append(shell)
-    return scene.model_copy(update={"shells": tuple(shells)})
+    changed = {}
+    for bodies, key in (("shells", "surface"), ("rigids", "surface"), ("solids", "shape")):
+        said = getattr(scene, bodies)
+        files = [isinstance(getattr(body, key), MeshFile) and not getattr(body, key).path.is_absolute() for body in said]
+        if any(files):
+            changed[bodies] = tuple(_found(body, key, folder) if is_file else body for body, is_file in zip(said, files))
+    return scene.model_copy(update=changed) if changed else scene
+
+
+def _found(body: Any, key: str, folder: Path) -> Any:
+    """The body with the path of its mesh from that folder."""
+    file = getattr(body, key)
+    return body.model_copy(update={key: file.model_copy(update={"path": folder / file.path})})
 
 
 def _in_script(error: ValidationError, path: Path) -> str:

@@ -1,8 +1,8 @@
 """Physical quantities at the edge of the program: a number is SI, a string carries its unit.
 
 `Length`, `Time`, ... are annotated floats. After validation every value is a float in the SI unit of
-its dimension; "4 mm", "32 GPa" or "15/16 inch" are converted once, here. Pint is imported with the
-first string only, so a scene read back from JSON (numbers) never pays for it.
+its dimension; "4 mm", "32 GPa" or "15/16 inch" are converted once, here. Pint takes a second to start, so
+its factors of the units that most scenes are written in stand here; it is imported for the first other unit.
 """
 
 from __future__ import annotations
@@ -55,9 +55,25 @@ _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(?:/\s*({_NUMBER}))?\s*([^\d\s].*)?",
 _UNIT = re.compile(r"(?:[a-zA-Zµμ%°]+(?:\^-?\d)?|[\s*/()·])*")
 
 
+FACTORS: dict[str, dict[str, float]] = {  # of the SI unit of a dimension, as pint has them
+    "m": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "km": 1e3, "in": 0.0254, "inch": 0.0254},
+    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
+    "m/s": {"m/s": 1.0, "mm/ms": 1.0, "mm/us": 1e3, "km/s": 1e3},
+    "rad": {"rad": 1.0, "deg": 0.017453292519943295},
+    "kg": {"kg": 1.0, "g": 1e-3, "tonne": 1e3},
+    "Pa": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "bar": 1e5},
+    "N": {"N": 1.0, "kN": 1e3, "MN": 1e6},
+    "kg/m^3": {"kg/m^3": 1.0},
+    "m/s^2": {"m/s^2": 1.0},
+    "N/m": {"N/m": 1.0, "kN/m": 1e3},
+}
+
+
 @cache
 def _factor(text: str, symbol: str) -> float:
     """How many `symbol` one `text` is; ValueError on an unknown unit or another dimension."""
+    if text in FACTORS.get(symbol, {}):
+        return FACTORS[symbol][text]
     import pint
 
     spelled = re.sub(r"(?<=[a-zA-Zµμ])(-?\d)", r"^\1", text.replace("**", "^")).replace("·", "*")
@@ -135,6 +151,8 @@ _INERTIA = Unit("kg*m^2", "moment of inertia", "2e-6 kg*m^2")
 _RATE = Unit("1/s", "rate", "100 s^-1")
 _STIFFNESS = Unit("N/m", "stiffness", "3 kN/m")
 _DAMPING = Unit("N*s/m", "damping", "20 N*s/m")
+_KELVIN = Unit("K", "temperature", "293 K")
+_CAPACITY = Unit("J/(kg*K)", "heat capacity", "383 J/(kg*K)")
 _ONE = Unit("", "pure number", "0.2")
 
 Length = Annotated[float, _validator(_METRE), _METRE]
@@ -152,6 +170,8 @@ Density = Annotated[float, _validator(_DENSITY), _DENSITY]
 Rate = Annotated[float, _validator(_RATE), _RATE]
 Stiffness = Annotated[float, _validator(_STIFFNESS), _STIFFNESS]
 Damping = Annotated[float, _validator(_DAMPING), _DAMPING]
+Temperature = Annotated[float, _validator(_KELVIN), _KELVIN]
+Capacity = Annotated[float, _validator(_CAPACITY), _CAPACITY]
 Dimensionless = Annotated[float, _validator(_ONE), _ONE]
 
 _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}

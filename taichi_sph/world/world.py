@@ -18,7 +18,7 @@ from ..errors import RunStopped
 from ..frame import Frame
 from ..observers.leak import UNITS, gauges
 from ..pool import Pool, restore_all, state_of
-from ..scene import Scene
+from ..scene import Probe, Scene
 from . import watchdog
 from .ledger import balance, summed
 from .step import step
@@ -57,7 +57,7 @@ class World:
         self.couplings = [made for kind in coupling_kinds() for made in kind.make(scene, self.groups)]
         self.every = common_schedule(self.groups)
         self.leaks = gauges(scene, self.groups)
-        self._probed = [(p, group, group.probed(p.point, p.body)) for p in scene.output.probes for group in [self.group_of(p.body)]]
+        self._probed = [(p, *self._followed(p)) for p in scene.output.probes]
         for one in (*self.groups, *self.couplings):
             one.start()
         self._fit_dt()
@@ -68,6 +68,14 @@ class World:
             group.strain(Now())  # so that the first step finds its kernels ready
         runtime.ti.sync()
         self.compile_seconds = clock.perf_counter() - began
+
+    def _followed(self, probe: Probe) -> tuple[Any, int]:
+        """The group and the number in it of what a probe follows; of a body in parts the nearest one."""
+        parts = [(group, span.name) for group in self.groups for span in group.bodies if self.scene.body(span.name).name == probe.body]
+        found = [(group, group.probed(probe.point, name)) for group, name in parts]
+        if len(found) == 1:
+            return found[0]
+        return min(found, key=lambda one: float(np.linalg.norm(one[0].mesh.points[one[1]] - np.asarray(probe.point))))
 
     def _instead(self) -> Any:
         """What is done in place of motion (bodies.body.InPlace); None where bodies move."""
@@ -171,7 +179,8 @@ class World:
 
     @property
     def n_nodes(self) -> int:
-        return sum(span.n for group in self.groups if group.kind != "rigid" for span in group.bodies)
+        """Nodes and particles."""
+        return sum(group.n_nodes for group in self.groups)
 
     @property
     def stress_points(self) -> int:
@@ -279,7 +288,18 @@ class World:
 
     def contact_report(self) -> dict[str, float] | None:
         """How contact was solved, and its share of the steps of this session; None where there is none."""
-        return None if self.contact is None else self.contact.report() | {"share": self.contact.seconds / max(self.stepping, 1e-300)}
+        report = next((found for coupling in self.couplings if (found := coupling.report())), None)
+        return report and report | {"share": report["seconds"] / max(self.stepping, 1e-300)}
+
+    def overlap_report(self) -> dict[str, float] | None:
+        """How elements and particles were tied, and its share of the steps of this session: the worst of all shells in parts; None where
+        there is none."""
+        ties = [coupling for coupling in self.couplings if hasattr(coupling, "tie")]
+        if not ties:
+            return None
+        found = [tie.report() for tie in ties]
+        worst = {key: max(one[key] for one in found) for key in found[0]}
+        return worst | {"share": sum(tie.seconds for tie in ties) / max(self.stepping, 1e-300)}
 
     def frame(self) -> Frame:
         """All bodies now."""

@@ -64,6 +64,9 @@ class FakeWorld:
     def contact_report(self) -> None:
         return None
 
+    def overlap_report(self) -> None:
+        return None
+
     def frame(self) -> Frame:
         reference = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float) * 0.01
 

@@ -5,7 +5,7 @@ import pytest
 
 from taichi_sph import runtime
 from taichi_sph.bodies.fluid.columns import STIFFNESS
-from taichi_sph.bodies.rigid.surface import surface
+from taichi_sph.bodies.rigid.surface import _of_pinballs
 from taichi_sph.scene import (
     Box,
     Cylinder,
@@ -312,11 +312,11 @@ def test_a_drop_bounces_off_a_plate_without_loss():
 
 def test_a_rigid_surface_is_closed_and_has_its_area():
     one = Rigid(name="ball", mass=0.1, pinballs=[Pinball(centre=(1, 2, 3), radius=0.02)])
-    x, a = surface(one, 0.004)
+    x, a = _of_pinballs(one, 0.004)
     assert np.linalg.norm(a, axis=1).sum() == pytest.approx(4 * np.pi * 0.02**2)
     assert np.abs(a.sum(axis=0)).max() < 1e-3 * 4 * np.pi * 0.02**2
     assert (x * a).sum() == pytest.approx(4 * np.pi * 0.02**3, rel=1e-9)  # three times its volume
-    x, a = surface(BULLET, 0.002)
+    x, a = _of_pinballs(BULLET, 0.002)
     volume = np.pi * 0.015**2 * 0.02 + 4 / 3 * np.pi * 0.015**3  # of a capsule; three balls bulge a little less
     assert 0.9 * volume < (x * a).sum() / 3 < volume
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from taichi_sph import runtime
-from taichi_sph.bodies.shell_sph.links import Links
+from taichi_sph.bodies.shell_sph.links import Links, Rows, Sources
 from taichi_sph.geometry.mesh import plate, tangent_frames
 from taichi_sph.numerics.mls import LEBESGUE
 
@@ -24,25 +24,21 @@ def lift(plane):
     return ORIGIN + np.asarray(plane) @ TILT[:2]
 
 
-def make(name, sources, points, order, *, n_points=None, h=H, **options):
+def make(name, sources, points, order, *, n_points=None, h=H, residual_of=None, **options):
     """A Links on the tilted plane: sources (S, 2), points (R, 2, 2)."""
     n = len(points)
     x = runtime.new(f"{name}.x", len(sources), 3, "f64")
     dead = runtime.new(f"{name}.dead", len(sources), dtype="i32")
     runtime.put(x, lift(sources))
-    links = Links(
-        name,
-        sources=x,
-        n_sources=len(sources),
-        dead_source=dead,
+    rows = Rows(
         points=lift(np.asarray(points).reshape(-1, 2)).reshape(n, 2, 3),
         n_points=np.ones(n) if n_points is None else n_points,
         frames=np.broadcast_to(TILT, (n, 3, 3)),
         h=np.broadcast_to(np.asarray(h, float), n).copy(),
-        order=np.broadcast_to(order, n),
-        **options,
+        order=order,
+        residual_of=residual_of,
     )
-    return links
+    return Links(name, Sources(x, len(sources), dead), rows, **options)
 
 
 def read(links):

@@ -38,7 +38,8 @@ def test_a_rupture_before_the_uniform_strain_stays():
 
 def test_the_pool_has_the_spread_strain(tmp_path):
     from taichi_sph import runtime
-    from taichi_sph.bodies.shell.pool import MaterialPool, Section
+    from taichi_sph.bodies.shell.pool import MaterialPool
+    from taichi_sph.bodies.shell.sections import Sheet
 
     runtime.start("cpu", "f64", 1)
-    assert MaterialPool([Section(NECKED, 1e-3, 8e-3)], True).eps_r[0] == pytest.approx(rupture_strain(NECKED, 8e-3, 1e-3))
+    assert MaterialPool([Sheet(NECKED, 1e-3, 8e-3)], True).eps_r[0] == pytest.approx(rupture_strain(NECKED, 8e-3, 1e-3))

@@ -11,7 +11,22 @@ from taichi_sph.output.folder import RunFolder
 from taichi_sph.output.frames import FramesWriter
 from taichi_sph.output.measures.openings import too_narrow
 from taichi_sph.run.plan import plan
-from taichi_sph.scene import Fluid, FluidBox, Hole, HoleIn, Material, Meeting, Numerics, Plate, Scene, Shell, Wall, dump
+from taichi_sph.scene import (
+    Box,
+    Fluid,
+    FluidBox,
+    Hole,
+    HoleIn,
+    Material,
+    Meeting,
+    Numerics,
+    Plate,
+    PrescribedVelocity,
+    Scene,
+    Shell,
+    Wall,
+    dump,
+)
 
 D = 0.01
 
@@ -43,7 +58,7 @@ def said(scene: Scene) -> str:
 
 def test_validate_names_a_narrow_hole():
     """Of a wall, in spacings of the water, with the spacing that would do; not of a wide one, nor where the two never meet."""
-    assert "D of" not in said(tank())
+    assert "mm wide" not in said(tank())
     note = said(tank(radius=0.009))
     assert "the hole of walls[1] is 18 mm wide, 1.8 D of 'water'" in note and "a spacing of 4.5 mm lets it flow" in note
     coarse = tank(hole=0.04)
@@ -69,3 +84,30 @@ def test_the_answer_names_the_gap_below_a_gate(tmp_path, lifted, expected):
         assert lines == []
     else:
         assert len(lines) == 1 and lines[0].startswith(f"The gap between 'gate' and walls[0] is {expected}")
+
+
+def gate(up: float, held: bool = False) -> Scene:
+    """A gate that stands upright, `up` [m] above the floor, beside the water."""
+    surface = Plate(length=0.2, width=0.3, origin=(0.305, 0, up), normal=(1, 0, 0))
+    material = Material(name="m", young=1e9, poisson=0, density=1000)
+    motions = [PrescribedVelocity(body="gate", where=Box(lo=(None, None, None)), velocity=(0, 0, 0))] if held else []
+    return Scene(
+        name="gate", title="gate", source="tests", duration=1.0, numerics=Numerics(spacing=0.02), motions=motions,
+        shells=[Shell(name="gate", surface=surface, thickness=0.01, motion="free", material=material)],
+        fluids=[Fluid(name="water", fill=FluidBox(lo=(0, 0, 0), hi=(0.3, 0.3, 0.15)), spacing=D)],
+        walls=[Wall(point=(0, 0, 0), normal=(0, 0, 1))],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("up", "held", "expected"),
+    [
+        (0.0, False, "'gate' stands on walls[0] and may lift: through a gap below 20 mm, 2 D of 'water', water passes haltingly"),
+        (0.0, True, None),
+        (0.015, True, "the gap between 'gate' and walls[0] is 15 mm wide, 1.5 D of 'water'"),
+        (0.03, False, None),
+    ],
+)
+def test_validate_names_the_gap_below_a_gate(up, held, expected):
+    note = said(gate(up, held))
+    assert ("walls[0]" not in note) if expected is None else (expected in note)

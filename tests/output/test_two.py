@@ -77,5 +77,5 @@ def test_every_measure_of_a_body_has_an_option_for_its_name() -> None:
 
     of_all = {"momentum_drift", "relaxation_residual", "limit_load", "step_ratio", "frequency_ratio", "time_to_rupture"}
     for name, (function, _) in MEASURES.items():
-        options = set(inspect.signature(function).parameters) & {"body", "fluid", "striker", "history"}
+        options = set(inspect.signature(function).parameters) & {"body", "face", "fluid", "striker", "history"}
         assert options or name in of_all, name

@@ -176,7 +176,7 @@ def test_a_body_of_another_kind_is_drawn_by_what_it_is_made_of(renderer: str) ->
         BodyFrame("balls", points + [0, 0.1, 0], NO_CELLS, {"velocity": 0 * points, "radius": np.full(2, 0.05)}, {}, "toy"),
         BodyFrame("sheet", square, np.array([[0, 1, 2, 3]], np.int32), {"velocity": 0 * square}, {}, "toy"),
     ]
-    assert [toy.form for toy in toys] == ["points", "balls", "surface"]
+    assert [toy.form for toy in toys] == ["points", "balls", "solid"]
     for toy in toys:
         figure = plt.figure(figsize=(3, 3), dpi=100)
         panel.draw(figure.add_axes((0, 0, 1, 1)), [toy], look, panel.View(0, 1, 0, 1, np.eye(3)), renderer == "vtk")

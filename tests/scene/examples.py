@@ -52,3 +52,57 @@ def spoiled(key: str = "", value: Any = None) -> dict[str, Any]:
     else:
         here[place] = value
     return data
+
+
+def everything() -> dict[str, Any]:
+    """What no shipped scene says: elements, holes, steps of bodies' own, driven bodies, springs, meetings, regions, histories."""
+    steel = {"name": "steel", "young": 210e9, "poisson": 0.3, "density": 7800.0}
+    plate = {"kind": "plate", "length": 0.1, "width": 0.1, "holes": [{"centre": [0.05, 0.05, 0.0], "radius": 0.015}]}
+    wall = {"kind": "plate", "length": 0.1, "width": 0.1, "origin": [0.0, 0.0, 0.05]}
+    cut = {"start": [0.0, 0.052, 0.05], "end": [0.03, 0.052, 0.05]}
+    edge = {"kind": "box", "lo": [None, None, None], "hi": [0.001, None, None]}
+    ball = {"kind": "ball", "centre": [0.05, 0.05, 0.05], "radius": 0.02}
+    pinball = {"centre": [0.05, 0.05, 0.02], "radius": 0.008}
+    return {
+        "name": "everything", "title": "All sorts", "source": "tests",
+        "shells": [
+            {"name": "low", "surface": plate, "thickness": 2e-3, "material": steel, "motion": "free", "spacing": 5e-3, "every": 2,
+             "formulation": {"kind": "elements", "points": 1}},
+            {"name": "high", "surface": wall, "thickness": 1e-3, "material": steel, "motion": "free", "cuts": [cut], "sound": [ball],
+             "self_contact": True, "cells": "triangle", "irregularity": 0.1, "seed": 3},
+        ],
+        "rigids": [
+            {"name": "hammer", "mass": 0.01, "pinballs": [pinball],
+             "driven": {"velocity": [0, 0, -10.0], "spin": [0, 1.0, 0], "history": {"kind": "half_sine", "duration": 1e-4}}},
+            {"name": "shot", "mass": 0.02, "pinballs": [{**pinball, "centre": [0.05, 0.05, 0.08]}], "velocity": [0, 0, -5.0],
+             "restitution": 0.5},
+        ],
+        "fluids": [{"name": "water", "fill": {"kind": "box", "lo": [0.2, 0, 0], "hi": [0.24, 0.04, 0.04]}, "every": 2,
+                    "water": {"law": {"kind": "tait"}}}],
+        "walls": [{"point": [0.2, 0, 0], "normal": [0, 0, 1], "hole": {"centre": [0.22, 0.02, 0], "radius": 0.01}, "fluids": ["water"]}],
+        "meetings": [{"between": ["hammer", "shot"], "restitution": 0.3}, {"between": ["low", "water"], "meet": False}],
+        "springs": [
+            {"name": "s", "between": ["low", "high"], "points": [[0.1, 0.1, 0], [0.1, 0.1, 0.05]], "stiffness": 1e4, "damping": 1.0,
+             "preload": 5.0, "only": "pull", "radius": 0.01},
+            {"name": "t", "between": ["shot", None], "points": [[0.05, 0.05, 0.08], [0.05, 0.05, 0.2]], "stiffness": 1e3, "length": 0.1},
+        ],
+        "forces": [{"body": "high", "where": {"kind": "outside", "of": ball}, "total": [0, 0, 10.0],
+                    "history": {"kind": "table", "points": [[0, 0], [5e-5, 1], [1e-4, 0]]}}],
+        "moments": [{"body": "low", "where": edge, "total": [0, 1.0, 0], "history": {"kind": "ramp", "rise": 1e-5}}],
+        "pressures": [{"body": "high", "value": 1e4, "where": ball, "kind": "dead"}],
+        "motions": [{"body": "low", "where": edge, "velocity": [0, 0, None], "spin": [0, 0, 0]}],
+        "initial": [{"body": "high", "where": {"kind": "box"}, "velocity": [0, 0, 1.0]}],
+        "gravity": [0, 0, -9.81], "duration": 2e-4, "numerics": {"spacing": 4e-3, "contact": {"iterations": 200}},
+        "output": {"frames": 3, "samples": 10, "probes": [{"name": "p", "body": "high", "point": [0.05, 0.02, 0.05]}]},
+    }  # fmt: skip
+
+
+def at_rest(method: str) -> dict[str, Any]:
+    """A plate in equilibrium, by that method."""
+    scene = {key: value for key, value in everything().items() if key in ("title", "source", "shells", "motions")}
+    scene["shells"] = [{key: value for key, value in scene["shells"][0].items() if key != "every"}]
+    return scene | {
+        "name": method, "duration": 1.0, "static": {"method": method, "increments": 4, "max_steps": 1000},
+        "pressures": [{"body": "low", "value": 1e3}], "output": {"frames": 3, "samples": 10},
+        "numerics": {"spacing": 4e-3},
+    }  # fmt: skip

@@ -19,7 +19,7 @@ MALFORMED: list[tuple[str, Any, str]] = [
     ("duration", DELETE, "duration is missing"),
     (MATERIAL + "poisson", DELETE, "shells[0].material.poisson is missing"),
     (MATERIAL + "delay.tau_c", DELETE, "tau_c is missing"),
-    ("shells", [], "shells, rigids and fluids are empty"),
+    ("shells", [], "shells, rigids, fluids and solids are empty"),
     # units
     ("duration", "20 mm", "duration = '20 mm' is not a time such as '15 us': 'mm' does not convert to s"),
     ("duration", "20", "has no unit"),

@@ -27,6 +27,8 @@ from taichi_sph.run.progress import Progress
 from taichi_sph.run.session import checked_plan, tell_plan
 from taichi_sph.scene import Study, dump, load
 
+from .examples import at_rest, everything
+
 ROOT = Path(__file__).parents[2]
 FEW, MANY = 150, 10_000
 SECONDS = 20  # of processor time for one case: far above two, as some valid scenes are large
@@ -125,12 +127,13 @@ def text_of(data: dict[str, Any], chance: random.Random) -> bytes:
 
 
 def bases() -> list[tuple[str, str]]:
-    """The shipped scenes as JSON."""
+    """The shipped scenes as JSON, and some with what those lack."""
     found = []
     for path in sorted((ROOT / "scenes").glob("*.py")):
         if path.stem not in LEFT_OUT and not path.stem.startswith("_"):
             found.append((path.stem, dump(load(path, {"quality": "draft"}))))
-    return found
+    more = [everything(), at_rest("newton"), at_rest("arc")]  # a quarter of all cases
+    return found + [(scene["name"], json.dumps(scene)) for scene in more for _ in range(3)]
 
 
 def judged(path: Path) -> str:

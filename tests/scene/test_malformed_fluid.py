@@ -46,7 +46,7 @@ BAD = [
     ("fluids.1", GOOD["fluids"][0] | {"name": "oil", "water": {"law": "tait"}}, "fluids[1].water.law 'tait' is not that of 'water'"),
     ("fluids.1", GOOD["fluids"][0] | {"name": "oil", "support": 1.3}, "fluids[1].support 1.3 is not that of 'water', 1.165"),
     ("walls.0.fluids", ["oil"], "walls[0].fluids: there is no fluid 'oil'"),
-    ("fluids", [], "shells, rigids and fluids are empty"),
+    ("fluids", [], "shells, rigids, fluids and solids are empty"),
     ("walls.0.normal", [0, 0, 0], "normal is (0, 0, 0)"),
     ("walls.0.normal", [0.1, 0, 1], "neither parallel nor at right angles"),
     ("walls.0.hole", {"centre": [0, 0, 0], "radius": 0}, "walls[0].hole.radius = 0 m must be"),

@@ -23,8 +23,8 @@ def test_no_key_of_the_tables_exists(table):
 @pytest.mark.parametrize(
     ("key", "value", "said"),
     [
-        ("shells.0.thicknesses", [1, 2], "shells[0].thicknesses: not possible yet: a shell has one thickness throughout"),
-        ("shells.0.friction", 0.3, "shells[0].friction: not possible yet: bodies slide on each other without friction"),
+        ("shells.0.thicknesses", [1, 2], "shells[0].thicknesses is said of sections: sections = (Section(where=..., thickness=...),)"),
+        ("shells.0.friction", 0.3, "shells[0].friction is said of a pair of bodies: Meeting(between=(one, other), friction=...)"),
         ("shells.0.restitution", 0.3, "shells[0].restitution is said of a pair of bodies: Meeting(between=(one, other), restitution=...)"),
         ("shells.0.surface", {"kind": "stiffened_panel"}, "shells[0].surface.kind = 'stiffened_panel': not possible yet: three cells"),
         ("forces.0.where", {"kind": "cylinder"}, "forces[0].where.kind = 'cylinder': not possible yet: regions are boxes, balls"),

@@ -18,6 +18,12 @@ def sheet(name: str, z: float, x: float = 0.0) -> Shell:
     return Shell(name=name, surface=surface, thickness=E, material=material("APX"), motion="free")
 
 
+def rib(name: str, z: float) -> Shell:
+    """A sheet that stands on its edge."""
+    surface = Plate(length=0.1, width=0.1, origin=(0.1, 0.05, z), normal=(1, 0, 0))
+    return Shell(name=name, surface=surface, thickness=E, material=material("APX"), motion="free")
+
+
 def can(name: str, x: float) -> Shell:
     surface = Cylinder(radius=0.05, length=0.2, ends="discs", origin=(x, 0.1, 0))
     return Shell(name=name, surface=surface, thickness=E, material=material("APX"), motion="free")
@@ -43,6 +49,7 @@ OVERLAPS = [
         {"shells": [sheet("a", 0.0), sheet("b", 0.9 * E)]},
         "shells 'a' and 'b' start 1.8 mm apart, nearer than the mean of their thicknesses, 2 mm",
     ),
+    ({"shells": [sheet("a", 0.0), rib("b", 0.8 * E)]}, "shells 'a' and 'b' start 1.6 mm apart"),
     ({"shells": [sheet("a", 0.0, x=0.1), can("b", 0.25)]}, "shell 'a' starts across shell 'b'"),
     ({"fluids": [box("oil", 0.0), box("water", 0.05)]}, "fluids 'oil' and 'water' both fill the place of"),
     ({"shells": [sheet("s", 0.055)], "fluids": [box("w", 0.0)]}, "mm inside shell 's'"),
@@ -53,6 +60,7 @@ APART = [
     {"rigids": [ball("a", 0.0), ball("b", 2 * R + 1e-6)]},
     {"shells": [sheet("a", 0.0), sheet("b", 1.01 * E)]},
     {"shells": [sheet("a", 0.0), can("b", 0.3)]},
+    {"shells": [sheet("a", 0.0), rib("b", 1.01 * E)]},
     {"fluids": [box("oil", 0.1), box("water", 0.0)]},
     {"shells": [can("c", 0.0)], "fluids": [Fluid(name="w", fill=ShellFill(shell="c"))]},
     {"shells": [can("c", 0.0)], "fluids": [Fluid(name="w", fill=ShellFill(shell="c"), contact="pinballs")]},

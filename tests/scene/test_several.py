@@ -81,7 +81,21 @@ BAD = [
     ({"meetings.0.between": ["first", "secnd"]}, "meetings[0].between: there is no body 'secnd'; did you mean 'second'?"),
     ({"meetings.0.between": ["first", "first"]}, "meetings[0].between: 'first' twice"),
     ({"meetings.0.between": ["first", "water_left"]}, "meetings[0].restitution is of solids; fluid 'water_left' bounces by its pressure"),
-    ({"meetings.0.friction": 0.3}, "meetings[0].friction: not possible yet: bodies slide on each other without friction"),
+    ({"meetings.0.friction": 3}, "meetings[0].friction = 3 must be at most 2"),
+    ({"meetings.0.friction": -0.1}, "meetings[0].friction = -0.1 must be at least 0"),
+    (
+        {"meetings.1": {"between": ["first", "water_right"], "friction": 0.3}},
+        "meetings[1].friction is of solids; fluid 'water_right' slides freely on what it wets: leave it out",
+    ),
+    (
+        {"meetings.1": {"between": ["left", "right"], "meet": False, "friction": 0.3}},
+        "meetings[1].friction: 'left' and 'right' do not meet; leave friction out, or set meet to True",
+    ),
+    ({"meetings.1": {"between": ["left", "left"], "friction": 0.3}}, "meetings[1].between: 'left' twice; a shell meets itself by its own"),
+    (
+        {"shells.0.self_contact": True, "meetings.1": {"between": ["left", "left"], "meet": False}},
+        "meetings[1].meet: 'left' meets itself by its own self_contact; only friction is said of it here",
+    ),
     ({"meetings.1": {"between": ["second", "first"]}}, "meetings[1]: 'second' and 'first' have a meeting already"),
     ({"springs.0.between": [None, None]}, "springs[0].between names no body"),
     ({"springs.0.between": ["left", "water_left"]}, "springs[0].between: 'water_left' is a fluid, which holds no spring"),

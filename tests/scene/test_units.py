@@ -5,12 +5,13 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import pint
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
-from taichi_sph.scene.units import Density, Dimensionless, Force, Length, Pressure, Speed, Time, show
+from taichi_sph.scene.units import FACTORS, Density, Dimensionless, Force, Length, Pressure, Speed, Time, show
 
 CASES = [
     (Length, "4 mm", 4e-3),
@@ -41,6 +42,13 @@ CASES = [
 )
 def test_values(kind, value, si):
     assert TypeAdapter(kind).validate_python(value) == pytest.approx(si, rel=1e-14)
+
+
+def test_factors_are_those_of_pint():
+    registry = pint.UnitRegistry(on_redefinition="ignore")
+    for symbol, factors in FACTORS.items():
+        for unit, factor in factors.items():
+            assert factor == float(registry.Quantity(1.0, unit).to(symbol).magnitude), unit
 
 
 REFUSED = [

@@ -34,6 +34,7 @@ ELSEWHERE = {"numerics.triad"}  # the benchmark's own
 ELSEWHERE_TOO = {
     *("numerics.cells._buckets", "numerics.neighbours._cells"),  # of devices without serial kernels: tests/numerics/test_doubles.py
     *(f"bodies.masses.{name}" for name in ("_look", "_offer", "_take")),  # of kinds that are brought along: tests/world/test_toy_kind.py
+    *(f"couplings.contact.multipliers.{name}" for name in ("_iterate", "_error")),  # of long lists of pairs: tests/contact/test_friction.py
 }
 
 

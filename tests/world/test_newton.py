@@ -186,10 +186,15 @@ def test_a_body_that_stays_in_its_plane():
         ({"static.method": "newton", "numerics.formulation": "collocation"}, "'newton' needs a stiffness, and shell 'roof' is of the form"),
         ({"static.method": "newton", "numerics.precision": "f32"}, "needs numerics.precision = 'f64'; use that, or 'relaxation'"),
         ({"static.method": "arc", "static.increments": 2}, "'arc' makes so many points of a path, at least 3"),
+        ({"static.method": "arc", "forces": []}, "'arc' follows the path of a load, and the scene has none"),
+        (
+            {"static.method": "arc", "forces.0.history": {"kind": "half_sine", "duration": 1.0}},
+            "'arc' lets all loads grow in proportion; leave out forces[0].history (kind 'half_sine')",
+        ),
         ({"static.method": "riks"}, "static.method = 'riks' is not allowed"),
     ],
 )
 def test_a_method_that_cannot_be_is_refused(settings, words):
     with pytest.raises(SceneError) as refused:
-        roof(**settings)
+        roof().derive(**settings)
     assert words in str(refused.value)

@@ -37,6 +37,7 @@ from .walls import Walls
 LIMIT = 0.515  # h / c: the step that is stable with alpha up to 1.5 (docs/method.md)
 ALONG = 1.22  # 1 / gamma of a layer at D/2 (couplings/wetted/wetted.py): so much faster it swings along the wall
 STIFF = 1.41  # (2 D w)^2 of a layer at D/4, where pinballs stop it (couplings/wetted/wetted.py)
+LIMITER = 3.0  # of Zhang, Hu and Adams 2017
 SWING = 0.64  # omega dt, some room below 0.70
 ANY = -1e301  # Pa, the least pressure of a fluid that bears any tension
 
@@ -55,8 +56,11 @@ def constants(fluid: Fluid, own: float, spacing: float) -> np.ndarray:
         0.01 * whole * whole,
         own,
     )
-    found[columns.LINEAR] = fluid.alpha * water.density * water.sound * h
-    found[columns.QUADRATIC] = fluid.beta * water.density * h * h
+    if fluid.dissipation == "riemann":
+        found[columns.LINEAR], found[columns.QUADRATIC] = water.density * water.sound, LIMITER * water.density
+    else:
+        found[columns.LINEAR] = fluid.alpha * water.density * water.sound * h
+        found[columns.QUADRATIC] = fluid.beta * water.density * h * h
     found[columns.DIFFUSION] = 2.0 * fluid.delta * h / (water.density * water.sound)
     return found
 
@@ -100,7 +104,8 @@ class FluidBody(Pool):
         self.points = points
         self.surroundings: Surroundings | None = None
         cut = bool((self.constants[:, columns.LEAST] > ANY).any())
-        self.pairs = FluidPairs(p, self.near, self.walls, self.support, self.law is eos_tait, cut, self.gravity, self.origin)
+        riemann = self.fluids[0].dissipation == "riemann"
+        self.pairs = FluidPairs(p, self.near, self.walls, self.support, self.law is eos_tait, cut, riemann, self.gravity, self.origin)
         self.reducer = Reducer(p.n, f"{name}.reduce")
         self.compressed = self.injected = self.fallen_from = self.dt = 0.0
 
@@ -123,8 +128,8 @@ class FluidBody(Pool):
             p.place(self.points)
         v = np.concatenate([np.tile(np.asarray(fluid.velocity, float), (span.n, 1)) for fluid, span in zip(self.fluids, self.spans)])
         runtime.put(p.v, v)
-        if self.gravity.any():
-            runtime.put(p.s, self._hydrostatic())
+        if self.gravity.any() or any(fluid.pressure for fluid in self.fluids):
+            runtime.put(p.s, self._hydrostatic() if self.gravity.any() else self._pressed())
         self.compressed = self.stored()  # J, at t = 0
         self.injected = self.compressed
         for b, mass in enumerate(p.masses):
@@ -144,6 +149,11 @@ class FluidBody(Pool):
         known = [top for top in tops if top is not None]
         return max(known) if len(known) == len(tops) else None
 
+    def _pressed(self) -> np.ndarray:
+        """(N,) s of fluids at the pressures of their own, without gravity, by number at the start."""
+        constants, pressures = self.constants[self.p.of], np.array([fluid.pressure or 0.0 for fluid in self.fluids])[self.p.of]
+        return self.law.compressions(constants[:, columns.STIFFNESS], constants[:, columns.GAMMA], pressures)
+
     def _hydrostatic(self) -> np.ndarray:
         """(N,) s of fluids at rest, by number at the start: each layer bears the one that stands right above it."""
         g = float(np.linalg.norm(self.gravity))
@@ -157,11 +167,13 @@ class FluidBody(Pool):
             low, high = self.points[own][:, across].min(axis=0) - 0.5 * d, self.points[own][:, across].max(axis=0) + 0.5 * d
             top, bottom = depth[own].min() - 0.5 * d, depth[own].max() + 0.5 * d
             pressure = fluid.water.density * g * (depth[own] - depth[own].min() + 0.5 * d)
-            borne = 0.0
+            borne = fluid.pressure or 0.0
             for low_a, high_a, top_a, bottom_a, borne_a, density in layers:
                 if (low < high_a).all() and (low_a < high).all() and bottom_a > top - d:
                     borne = borne_a + density * g * (top - top_a)
-            if fluid.hydrostatic:
+            if not fluid.hydrostatic:
+                pressure = 0.0 * pressure
+            if fluid.hydrostatic or fluid.pressure:
                 s[own] = self.law.compressions(c[columns.STIFFNESS], c[columns.GAMMA], pressure + borne)
             layers.append((low, high, top, bottom, borne, fluid.water.density))
         return s

@@ -9,7 +9,7 @@ import numpy as np
 from ...geometry.mesh import SurfaceMesh
 from ...scene.surfaces import CappedTank, Cylinder, Surface
 from .fill import AXES, _revolved
-from .said import Fluid, FluidBox
+from .said import Fluid, FluidBox, FluidRound
 
 COUNTED = 10**18  # more particles than this are not told apart
 
@@ -21,6 +21,8 @@ def count(fluid: Fluid, spacing: float, surface: Surface | None = None, thicknes
     if isinstance(fluid.fill, FluidBox):
         ratios = [(hi - lo) / d for lo, hi in zip(fluid.fill.lo, fluid.fill.hi)]
         return int(min(math.prod(max(1.0, r) for r in ratios), COUNTED))
+    if isinstance(fluid.fill, FluidRound):
+        return int(min(max(fluid.fill.volume / d / d / d, 1.0), COUNTED))
     volume: float | None = None
     if isinstance(surface, Cylinder | CappedTank):
         if fluid.fill.level is not None:

@@ -20,12 +20,14 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from ...errors import SceneError
-from ...geometry.holes import lids
+from ...geometry.holes import lids, rims
 from ...geometry.mesh import SurfaceMesh
+from ...geometry.near import away_from, moved_off, triangles_of
 from ...geometry.surfaces import mesh_key
 from ...scene.schema import Scene
-from ...scene.surfaces import CappedTank, Cylinder, Surface
-from .said import Fluid, FluidBox
+from ...scene.surfaces import CappedTank, Cylinder, Shaped, Surface
+from ..shell.sections import sheets_of
+from .said import Fluid, FluidBox, FluidRound
 
 AXES = {"x": 0, "y": 1, "z": 2}
 CONTACT = {None: 0.5, "pinballs": 0.74}  # of D_0: where a particle stands at a sound shell (docs/method.md)
@@ -63,7 +65,7 @@ class Filling:
         if not len(self.walls):
             return points
         reach = self.spacing + self.half.max()
-        now, before = (_away(x, self.walls, reach)[0] for x in (points, self.points))
+        now, before = (away_from(x, self.walls, reach)[0] for x in (points, self.points))
         near = np.isfinite(now).all(axis=1) & np.isfinite(before).all(axis=1)
         turned = (now[near] * before[near]).sum(axis=1) / np.prod(
             [np.maximum(np.linalg.norm(x[near], axis=1), 1e-100) for x in (now, before)], axis=0
@@ -71,7 +73,7 @@ class Filling:
         beyond = np.flatnonzero(near)[turned < -0.5]
         points = points.copy()
         points[beyond] = self.points[beyond]
-        return _moved_off(points, self.walls, self.half, NEAREST * self.spacing)
+        return moved_off(points, self.walls, self.half, NEAREST * self.spacing)
 
     @property
     def sentence(self) -> str:
@@ -92,14 +94,16 @@ def fill_fluid(fluid: Fluid, scene: Scene, meshes: Mapping[str, SurfaceMesh]) ->
     spacing, name = scene.numerics_of(fluid).spacing, getattr(fluid.fill, "shell", None)
     if name is None:
         return fill(fluid, spacing)
-    shell = next(s for s in scene.shells if s.name == name)
+    shell = next((s for s in scene.shells if s.name == name), None)
     baffles = [s for s in scene.shells if s is not shell and scene.met(fluid.name, s.name).meet and _beside(meshes[s.name], meshes[name])]
-    walls = tuple((s.thickness, mesh_key(s, scene)) for s in (shell, *baffles))
+    tank = scene.body(name)
+    walls = tuple((getattr(s, "thickness", 0.0), getattr(s, "sections", ()), mesh_key(s, scene)) for s in (tank, *baffles))
     key = (fluid.fill, fluid.water.density, fluid.contact, spacing, walls)
     found = _MADE.get(key)
     if found is None:
-        inside = [(meshes[s.name], s.thickness) for s in baffles]
-        found = _MADE[key] = fill(fluid, spacing, meshes[name], shell.thickness, shell.surface, inside)
+        inside = [(meshes[s.name], sheets_of(s, meshes[s.name]).thickness) for s in baffles]
+        thickness = 0.0 if shell is None else sheets_of(shell, meshes[name]).thickness  # a rigid tank has the surface that is met
+        found = _MADE[key] = fill(fluid, spacing, meshes[name], thickness, tank.surface, inside)
     return found
 
 
@@ -113,60 +117,67 @@ def fill(
     fluid: Fluid,
     spacing: float,
     mesh: SurfaceMesh | None = None,
-    thickness: float = 0.0,
+    thickness: float | np.ndarray = 0.0,
     surface: Surface | None = None,
-    baffles: Sequence[tuple[SurfaceMesh, float]] = (),
+    baffles: Sequence[tuple[SurfaceMesh, float | np.ndarray]] = (),
 ) -> Filling:
-    """The particles of a fluid. mesh, thickness [m], surface: of the shell that it fills (surface: as the scene has it); baffles: meshes
-    and thicknesses of what stands inside."""
+    """The particles of a fluid. mesh, thickness of its cells [m], surface: of the shell that it fills (surface: as the scene has it);
+    baffles: meshes and thicknesses of what stands inside."""
     d = fluid.spacing or spacing
     if isinstance(fluid.fill, FluidBox):
         lo, hi = np.array(fluid.fill.lo), np.array(fluid.fill.hi)
         n = np.maximum(1, np.round((hi - lo) / d).astype(int))
         return Filling(_lattice(lo + 0.5 * (hi - lo) / n, (hi - lo) / n, n), fluid.fill.volume, d, fluid.water.density)
+    if isinstance(fluid.fill, FluidRound):
+        return Filling(_rings(fluid.fill, d), fluid.fill.volume, d, fluid.water.density)
     assert mesh is not None, "what fills a shell needs its mesh"
-    if (mesh.edges.sides[:, 1] < 0).any() and not getattr(surface, "holds", False):
-        raise SceneError(f"fluid '{fluid.name}': shell '{fluid.fill.shell}' is open, so it has no inside to fill; close it")
+    if (mesh.edges.sides[:, 1] < 0).any():
+        _check_lids(fluid, mesh, surface)
     filled = fluid.fill
     axis = AXES[filled.axis]
     turn = [(axis + 1) % 3, (axis + 2) % 3, axis]
-    triangles = np.concatenate([_triangles(mesh), lids(mesh)])[:, :, turn]
+    covers, even = lids(mesh), bool(np.ptp(thickness) == 0)
+    triangles = np.concatenate([triangles_of(mesh), covers])[:, :, turn]
+    half = _halves(mesh, thickness)
+    half = np.append(half, np.full(len(covers), half.mean()))
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
-    top = high[2] - 0.5 * thickness
+    edge = 1e-9 * (high[2] - low[2])
+    upper, lower = half[triangles[:, :, 2].max(axis=1) >= high[2] - edge].max(), half[triangles[:, :, 2].min(axis=1) <= low[2] + edge].max()
+    top = high[2] - upper
     level = top if fluid.fill.level is None else fluid.fill.level
-    if level > top * (1 + 1e-9) + 1e-9 * d or level <= low[2] + 0.5 * thickness:
+    if level > top * (1 + 1e-9) + 1e-9 * d or level <= low[2] + lower:
         raise SceneError(
             f"fluid '{fluid.name}': level {level:g} m lies outside the shell '{fluid.fill.shell}', whose inside reaches"
-            f" from {low[2] + 0.5 * thickness:g} to {top:g} m along {fluid.fill.axis}"
+            f" from {low[2] + lower:g} to {top:g} m along {fluid.fill.axis}"
         )
     above = fluid.fill.above
-    if above is not None and not low[2] + 0.5 * thickness < above < level:
+    if above is not None and not low[2] + lower < above < level:
         raise SceneError(
             f"fluid '{fluid.name}': above {above:g} m does not lie between the bottom of the shell '{fluid.fill.shell}',"
-            f" {low[2] + 0.5 * thickness:g} m, and the level, {level:g} m, along {fluid.fill.axis}"
+            f" {low[2] + lower:g} m, and the level, {level:g} m, along {fluid.fill.axis}"
         )
 
     def up_to(height: float) -> float:
-        found = _revolved(surface, thickness, filled.axis, height)
-        return _measured(triangles, thickness, height, d) if found is None else found
+        found = _revolved(surface if even else None, 2.0 * float(half[0]), filled.axis, height)
+        return _measured(triangles, half, upper, height, d) if found is None else found
 
     def wet(places: np.ndarray) -> np.ndarray:
         return places < level if above is None else (places < level) & (places > above)
 
     volume = up_to(level) if above is None else up_to(level) - up_to(above)
     bare = _area(triangles[wet(triangles[:, :, 2].mean(axis=1))])
-    walls, half = triangles, np.full(len(triangles), 0.5 * thickness)
+    walls, thin = triangles, float(half.min())
     for baffle, e in baffles:
-        sides = _triangles(baffle)[:, :, turn]
+        sides = triangles_of(baffle)[:, :, turn]
         middle = sides.mean(axis=1)
-        area = _area(sides[wet(middle[:, 2]) & _inside(middle, triangles)])
-        volume, bare = volume - area * e, bare + 2.0 * area
-        walls, half = np.concatenate([walls, sides]), np.append(half, np.full(len(sides), 0.5 * e))
+        own, there = _halves(baffle, e), wet(middle[:, 2]) & _inside(middle, triangles)
+        volume, bare = volume - 2.0 * _under(sides[there], own[there]), bare + 2.0 * _area(sides[there])
+        walls, half = np.concatenate([walls, sides]), np.append(half, own)
     clear = CONTACT[fluid.contact]
     wanted = max(volume - (clear - 0.5) * d * bare, min(d, 1e50) ** 3)
     best = np.inf
     for pitch in PITCHES:
-        there, cell = _lattice_in(triangles, walls, half, d * pitch, level, clear, above)
+        there, cell = _lattice_in(triangles, walls, half, (lower, thin), d * pitch, level, clear, above)
         found = abs(len(there) * cell / wanted - 1)
         if found < best:
             points, lattice, best = there, float(np.cbrt(cell)), found
@@ -178,16 +189,49 @@ def fill(
     return Filling(points[:, back], volume, lattice, fluid.water.density, walls[:, :, back], half)
 
 
+def _check_lids(fluid: Fluid, mesh: SurfaceMesh, surface: Surface | None) -> None:
+    """SceneError where the openings of a shell have no plane lids that would close it, or its normals point inward."""
+    name = getattr(fluid.fill, "shell", "")
+    if isinstance(surface, Shaped):
+        if not surface.holds:
+            raise SceneError(f"fluid '{fluid.name}': shell '{name}' is open, so it has no inside to fill; close it")
+        return
+    for rim, normal in rims(mesh):
+        if np.ptp(rim @ normal) > 0.05 * np.ptp(rim, axis=0).max():
+            raise SceneError(
+                f"fluid '{fluid.name}': shell '{name}' is open and an opening is not plane, so it has no inside to fill; close it"
+            )
+    if mesh.volume < 0:
+        raise SceneError(
+            f"fluid '{fluid.name}': the normals of shell '{name}' point inward; turn its cells round, so that they point outward"
+        )
+
+
+def _halves(mesh: SurfaceMesh, thickness: float | np.ndarray) -> np.ndarray:
+    """(T,) half the thickness of the triangles of a mesh [m]."""
+    each = 0.5 * np.broadcast_to(thickness, len(mesh.cells))
+    return np.append(each, each[mesh.cells[:, 3] >= 0])
+
+
 def _lattice_in(
-    triangles: np.ndarray, walls: np.ndarray, half: np.ndarray, d: float, level: float, clear: float, above: float | None
+    triangles: np.ndarray,
+    walls: np.ndarray,
+    half: np.ndarray,
+    least_half: tuple[float, float],
+    d: float,
+    level: float,
+    clear: float,
+    above: float | None,
 ) -> tuple[np.ndarray, float]:
     """The points of a lattice of spacing d (upright: what fits the level) in a closed surface, `clear` d off all walls, and the volume of
     its cell [m3]. above [m]: where another fluid ends, on which the lattice stands. walls (T, 3, 3): the triangles of the surface, then
-    those of baffles; half (T,) [m]: half the thickness of each."""
+    those of baffles; half (T,) [m]: half the thickness of each; least_half [m]: that of the bottom, and of the thinnest wall."""
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
-    margin = clear * d + half[0]
-    least = max(margin - 0.5 * d, half[0])  # on a round wall
-    n = np.floor((high - low - 2 * least) / d + 1 + 1e-6).astype(int)
+    bottom, thin = least_half
+    margin = clear * d + bottom
+    least = max((clear - 0.5) * d + thin, thin)  # on a round wall
+    fits = 1e-6 if thin > 0 else -1e-6  # none stands on a wall without thickness
+    n = np.floor((high - low - 2 * least) / d + 1 + fits).astype(int)
     lowest = low[2] + margin if above is None else above + 0.5 * d
     room = level - 0.5 * d - low[2] - margin if above is None else level - 0.5 * d - lowest  # between the lowest and the highest layer
     n[2] = int(np.round(room / d)) + 1
@@ -197,14 +241,25 @@ def _lattice_in(
     first = np.append(0.5 * (low + high - (n - 1) * d)[:2], lowest)
     points = _lattice(first, step, n)
     points = points[_inside(points, triangles)]
-    away, wall = _away(points, walls, clear * d + half.max())
+    away, wall = away_from(points, walls, clear * d + half.max())
     keep = np.linalg.norm(away, axis=1) > max(clear - 0.5, 0.0) * d + half[wall] - CLOSER * d
-    return _moved_off(points[keep], walls, half, clear * d), float(step.prod())
+    return moved_off(points[keep], walls, half, clear * d), float(step.prod())
 
 
 def _area(triangles: np.ndarray) -> float:
     """[m2]"""
-    return float(0.5 * np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1).sum())
+    return float(_areas(triangles).sum())
+
+
+def _under(triangles: np.ndarray, half: np.ndarray) -> float:
+    """What half the thickness of each triangle takes [m3]."""
+    even = len(half) == 0 or bool((half == half[0]).all())
+    return float(half[0]) * _area(triangles) if even and len(half) else float(_areas(triangles) @ half)
+
+
+def _areas(triangles: np.ndarray) -> np.ndarray:
+    """(T,) [m2]"""
+    return 0.5 * np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
 
 
 def _lattice(first: np.ndarray, step: np.ndarray, n: np.ndarray) -> np.ndarray:
@@ -213,11 +268,22 @@ def _lattice(first: np.ndarray, step: np.ndarray, n: np.ndarray) -> np.ndarray:
     return first + step * np.column_stack([x.ravel(), y.ravel(), z.ravel()])
 
 
-def _triangles(mesh: SurfaceMesh) -> np.ndarray:
-    """(T, 3, 3) corners; a quadrangle gives two."""
-    c = mesh.cells
-    four = c[c[:, 3] >= 0]
-    return mesh.points[np.concatenate([c[:, :3], four[:, [0, 2, 3]]])]
+def _rings(filled: FluidRound, d: float) -> np.ndarray:
+    """(N, 3) rings of particles about an axis, each particle with the same volume; the first ones stand d/2 off the walls."""
+    columns = []
+    for radius, low, high in filled.columns:
+        layers, rings = max(1, round((high - low) / d)), max(1, round(radius / d))
+        quarter = max(1, round(0.25 * np.pi * (radius / d) ** 2))  # of a layer
+        within = np.maximum(np.round(quarter * ((np.arange(rings + 1)) / rings) ** 2), np.arange(rings + 1)).astype(int)
+        edges = radius * np.sqrt(within / within[-1])
+        plane = []
+        for inner, outer, n in zip(edges, edges[1:], np.diff(within)):
+            turn = 0.5 * np.pi * (np.arange(n if filled.quarter else 4 * n) + 0.5) / n
+            plane.append(0.5 * (inner + outer) * np.column_stack([np.cos(turn), np.sin(turn)]))
+        across = np.concatenate(plane) + np.array(filled.at)
+        z = low + (high - low) * (np.arange(layers) + 0.5) / layers
+        columns.append(np.column_stack([np.tile(across, (layers, 1)), np.repeat(z, len(across))]))
+    return np.concatenate(columns)
 
 
 def _crossings(xy: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -259,64 +325,6 @@ def _inside(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return (end - below) % 2 == 1
 
 
-def _moved_off(points: np.ndarray, walls: np.ndarray, half: np.ndarray, clear: float) -> np.ndarray:
-    """The points, those that stand nearer to the surface of a wall than `clear` [m] moved off it; in corners off one wall after the other.
-    half (T,) [m]: half the thickness of each triangle of walls (T, 3, 3)."""
-    points, near = points.copy(), np.arange(len(points))
-    for _ in range(4):
-        away, wall = _away(points[near], walls, clear + half.max())
-        distance, margin = np.linalg.norm(away, axis=1), clear + half[wall]
-        short = (distance < margin * (1 - 1e-9)) & (distance > 0)
-        near, away = near[short], away[short]
-        points[near] += (margin[short] / distance[short] - 1)[:, None] * away
-    return points
-
-
-def _away(points: np.ndarray, triangles: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-    """(N, 3) way from the nearest triangle to each point [m], and (N,) its number. Beyond `reach` only the length counts: infinite."""
-    from scipy.spatial import cKDTree
-
-    centre = triangles.mean(axis=1)
-    radius = np.linalg.norm(triangles - centre[:, None], axis=2).max()
-    tree = cKDTree(centre)
-    result, number = np.full(points.shape, np.inf), np.zeros(len(points), int)
-    close = np.nonzero(tree.query(points)[0] < reach + radius)[0]
-    for part in np.array_split(close, max(1, len(close) // 20_000)):
-        lists = tree.query_ball_point(points[part], reach + radius)
-        count = np.array([len(k) for k in lists])
-        if not count.sum():
-            continue
-        t = np.concatenate([np.asarray(k, int) for k in lists])
-        i = np.repeat(part, count)
-        away = points[i] - _feet(points[i], triangles[t])
-        order = np.lexsort((np.linalg.norm(away, axis=1), i))
-        i, away, t = i[order], away[order], t[order]
-        first = np.append(True, i[1:] != i[:-1])
-        result[i[first]], number[i[first]] = away[first], t[first]
-    return result, number
-
-
-def _feet(p: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """(K, 3) points of triangles (K, 3, 3) nearest to points: the foot on the plane where it lies inside, else on a side."""
-    a, u, v = t[:, 0], t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]
-    w = p - a
-    normal = np.cross(u, v)
-    square = np.einsum("ki,ki->k", normal, normal)
-    l2 = np.einsum("ki,ki->k", np.cross(u, w), normal) / square
-    l1 = np.einsum("ki,ki->k", np.cross(w, v), normal) / square
-    result = a + l1[:, None] * u + l2[:, None] * v
-    found = np.linalg.norm(p - result, axis=1)
-    found[(l1 < 0) | (l2 < 0) | (l1 + l2 > 1)] = np.inf
-    for k in range(3):
-        start, side = t[:, k], t[:, (k + 1) % 3] - t[:, k]
-        along = np.einsum("ki,ki->k", p - start, side) / np.einsum("ki,ki->k", side, side)
-        foot = start + np.clip(along, 0, 1)[:, None] * side
-        distance = np.linalg.norm(p - foot, axis=1)
-        result[distance < found] = foot[distance < found]
-        found = np.minimum(found, distance)
-    return result
-
-
 def _revolved(surface: Surface | None, thickness: float, axis: str, level: float) -> float | None:
     """Volume inside a tank up to a level along its own axis [m3], by its radius over the height; None for other bodies."""
     if not isinstance(surface, (Cylinder, CappedTank)) or surface.axis != axis or getattr(surface, "cap", "flat") not in ("flat", "dome"):
@@ -336,8 +344,9 @@ def _revolved(surface: Surface | None, thickness: float, axis: str, level: float
     return float(np.pi * square.mean() * (stop - start))
 
 
-def _measured(triangles: np.ndarray, thickness: float, level: float, d: float) -> float:
-    """Volume inside a mesh up to a level [m3], by lines D/4 apart, less the half of the walls that stands inside."""
+def _measured(triangles: np.ndarray, half: np.ndarray, upper: float, level: float, d: float) -> float:
+    """Volume inside a mesh up to a level [m3], by lines D/4 apart, less the half of the walls that stands inside. half (T,), upper [m]:
+    half the thickness of each triangle, and at the top."""
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
     n = np.ceil((high - low)[:2] / (0.25 * d)).astype(int)
     step = (high - low)[:2] / n
@@ -345,6 +354,7 @@ def _measured(triangles: np.ndarray, thickness: float, level: float, d: float) -
     x, y = np.meshgrid(*(low[c] + step[c] * (np.arange(n[c]) + aside) for c, aside in enumerate((0.5001, 0.50037))))
     line, height = _crossings(np.column_stack([x.ravel(), y.ravel()]), triangles)
     order = np.lexsort((height, line))
-    inside = np.minimum(height[order], level + 0.5 * thickness)  # in at odd crossings, out at even ones
+    inside = np.minimum(height[order], level + upper)  # in at odd crossings, out at even ones
     volume = float(step.prod() * np.sum(inside[1::2] - inside[::2]))
-    return volume - 0.5 * thickness * _area(triangles[triangles.mean(axis=1)[:, 2] < level])
+    wet = triangles.mean(axis=1)[:, 2] < level
+    return volume - _under(triangles[wet], half[wet])

@@ -10,6 +10,7 @@ import numpy as np
 from ... import runtime
 from ...errors import RunStopped, SceneError
 from ...frame import NO_CELLS, BodyFrame
+from ...geometry.surfaces import mesh_of
 from ...numerics.reduce import fastest
 from ...pool import Pool
 from ...scene.schema import Scene
@@ -26,11 +27,7 @@ LOOK = 10  # steps between two looks at the speed of a fluid
 
 def groups(scene: Scene, others: Sequence[Any], own: Sequence[Fluid]) -> list[FluidGroup]:
     """The groups of the scene's fluids: those that may meet, one through the other, are one. The pools of the second are called "fluid_2"
-    and so on. others: the groups so far, shells among them.
-
-    SceneError on a Vulkan device where there are others: its contact with so many particles finds none of them."""
-    if own and others and runtime.current().arch == "vulkan":
-        raise SceneError("arch: fluids beside other bodies are not possible yet on 'vulkan'; use --arch cpu or cuda")
+    and so on. others: the groups so far, shells among them."""
     found: list[list[Fluid]] = []
     for fluid in own:
         touched = [group for group in found if any(scene.met(fluid.name, one.name).meet for one in group)]
@@ -69,6 +66,7 @@ class FluidGroup(Rest):
         """name: of the pools."""
         self.scene, self.name = scene, name
         meshes = {shell.name: shell.mesh for group in others if group.kind == "shell" for shell in group.shells}
+        meshes |= {body.name: mesh_of(body, scene) for body in scene.rigids if body.surface is not None}
         fillings = [fill_fluid(fluid, scene, meshes) for fluid in fluids]
         _one_pool(scene, fluids, fillings)
         walls = [wall for wall in scene.walls if wall.holds(fluids[0].name)]

@@ -5,6 +5,7 @@ With x = x_i - x_j, v = v_i - v_j, G = W'(r) / r < 0, so that grad_i W = G x, an
     div_i   = - sum_j V_j G v.x                                               continuity, d rho/dt = -rho div (T 1.21)
     f_i     = - V_i sum_j V_j (p_i + p_j + Pi_ij) G x                          momentum (T 1.26), g m_i beside it
     Pi_ij   = rho_0 (-alpha c h mu + beta h^2 mu^2) where mu = v.x / (r^2 + eps^2) < 0, eps = 0.1 h   (T 1.24, 1.25)
+              or, "riemann", rho_0 u min(c, 3 u) where u = -v.x / r > 0        (Zhang, Hu and Adams 2017, their eq. 15)
     h_ij    = phi (D_i + D_j) / 2,   D_i = D_0 (1 + s_i)^(-1/3)                (T 1.27, and 1.28 integrated)
     ds_i/dt = -(1 + s_i) div_i - 2 delta h / (rho_0 c) sum_j V_j G (p_j - p_i + rho_0 g.x)      density diffusion
 
@@ -12,6 +13,9 @@ V_i V_j (p_i + p_j) and not T 1.23's m_i m_j (p_i / rho_i^2 + p_j / rho_j^2), fr
 variation: it is the transpose of T 1.21, so that pressure does the work that the density stores. Viscosity enters with
 the sign of a pressure (in T 1.26 it has that of -sigma). The diffusion (Molteni and Colagrossi 2009) leaves alone what is
 hydrostatic (Fourtakas et al. 2019): water at rest feels none.
+
+The stress between the two states of a Riemann problem is p_i + p_j + rho_0 c u: what acts in a shock. In a flow slower than sound that
+stress would be far above rho_0 u^2, which the flow itself has; with the limiter it is not, and no speed of sound is left in it.
 
 One pass needs the pressure of the neighbours now, which their density rates give in the same pass. So it acts with
 s* = s_n-1 + dt (2 rate_n-1 - rate_n-2), and corrects s_n. For a wave of frequency w this damps amplitudes by
@@ -46,14 +50,15 @@ class FluidPairs:
     """The pass over a pool `p` (FluidParticles) with lists `near` (Neighbours). `wet`: Surroundings, where there is something to wet."""
 
     def __init__(
-        self, p: FluidParticles, near: Neighbours, walls: Walls, support: float, tait: bool, cut: bool, gravity: Any, origin: np.ndarray
-    ) -> None:
-        """support phi = h / D; tait: the law of all; cut: some have a least pressure; origin [m]: pair records are relative to it, which
-        single precision needs."""
+        self, p: FluidParticles, near: Neighbours, walls: Walls, support: float, tait: bool, cut: bool, riemann: bool, gravity: Any,
+        origin: np.ndarray,
+    ) -> None:  # fmt: skip
+        """support phi = h / D; tait: the law of all; cut: some have a least pressure; riemann: the dissipation of all; origin [m]: pair
+        records are relative to it, which single precision needs."""
         self.p, self.near, self.walls, self.support = p, near, walls, support
         self.wet: Any = None
         self.wets = False
-        self.tait, self.cut = tait, cut
+        self.tait, self.cut, self.riemann = tait, cut, riemann
         self.mixes = len(p.masses) > 1
         self.alone = ti.Vector([*runtime.get(p.constants, 1)[0]], ti.f64)
         self.gravity, self.origin = ti.Vector([*gravity], ti.f64), ti.Vector([*origin], ti.f64)
@@ -78,6 +83,18 @@ class FluidPairs:
         result = alone
         if ti.static(self.mixes):
             result = self.p.constants[self.p.body[i]]
+        return result
+
+    @ti.func
+    def viscous(self, along, square, eps2, linear, quadratic):
+        """Pi of a pair with v.x = along and r^2 = square; linear, quadratic: columns.LINEAR and QUADRATIC."""
+        result = along * 0.0
+        if ti.static(self.riemann):
+            closing = ti.max(-along, 0.0) / ti.sqrt(square + 1e-3 * eps2)
+            result = closing * ti.min(linear, quadratic * closing)
+        else:
+            mu = ti.min(along, 0.0) / (square + eps2)
+            result = mu * (quadratic * mu - linear)
         return result
 
     @ti.func
@@ -132,7 +149,7 @@ def _mark(t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32):
 
 
 @ti.func
-def _pair(x, v, D, p, D_j, p_j, c, linear, quadratic):
+def _pair(t: ti.template(), x, v, D, p, D_j, p_j, c, linear, quadratic):
     """Of one neighbour: what it adds to force (3), div, spread, power, all over V_i, and G V_j; x and v relative to it; c: see `_act`."""
     square = x[0] * x[0] + x[1] * x[1] + x[2] * x[2]
     # 1 / (2 h_ij) by its series about D_0: no division, and right to 1e-6 for 6 % of compression
@@ -140,8 +157,7 @@ def _pair(x, v, D, p, D_j, p_j, c, linear, quadratic):
     inverse = c[OF_KERNEL] * (1.0 + e * (1.0 + e * (1.0 + e)))
     G = w2_slope(ti.sqrt(square), inverse) * (D_j * D_j * D_j)
     along = v[0] * x[0] + v[1] * x[1] + v[2] * x[2]
-    mu = ti.min(along, 0.0) / (square + c[OF_MU])
-    viscous = mu * (quadratic * mu - linear)
+    viscous = t.viscous(along, square, c[OF_MU], linear, quadratic)
     f = -G * (p + p_j + viscous)
     return f * x[0], f * x[1], f * x[2], -G * along, -G * (p_j - p + c[0] * x[0] + c[1] * x[1] + c[2] * x[2]), G * along * viscous, G
 
@@ -186,7 +202,7 @@ def _neighbours(
             there, too = ti.cast(t.p.constants[other][columns.LINEAR], float), ti.cast(t.p.constants[other][columns.QUADRATIC], float)
             linear = ti.select(alike > 0.5, linear, 2.0 * linear * there / ti.max(linear + there, 1e-30))
             quadratic = ti.select(alike > 0.5, quadratic, 2.0 * quadratic * too / ti.max(quadratic + too, 1e-30))
-        one = _pair(y, w, D, p, D_j, b[7], c, linear, quadratic)
+        one = _pair(t, y, w, D, p, D_j, b[7], c, linear, quadratic)
         f0, f1, f2 = f0 + whole * one[0], f1 + whole * one[1], f2 + whole * one[2]
         div, spread, power = div + whole * one[3], spread + within * one[4], power + whole * one[5]
         if ti.static(sided):
@@ -262,8 +278,13 @@ def _act(
             w, approach = x * 0.0, D * 0.0
             if t.wet.start[i + 1] > t.wet.start[i]:
                 w, approach = ti.Vector([t.wet.met[i][0], t.wet.met[i][1], t.wet.met[i][2]]), t.wet.met[i][3]
-            mu = 2.0 / D * ti.min(approach, 0.0) / ti.max(w.norm(), 1e-30)  # against its image at D/2 behind the surface
-            viscous = mu * (quadratic * mu - linear)
+            closing = 2.0 * ti.min(approach, 0.0) / ti.max(w.norm(), 1e-30)  # -u against its image at D/2 behind the surface
+            viscous = D * 0.0
+            if ti.static(t.riemann):
+                viscous = -closing * ti.min(linear, -quadratic * closing)
+            else:
+                mu = 2.0 / D * ti.min(approach, 0.0) / ti.max(w.norm(), 1e-30)
+                viscous = mu * (quadratic * mu - linear)
             stress = 2.0 * p + viscous
             f += stress * w
             wall = 2.0 * approach

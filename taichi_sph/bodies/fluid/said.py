@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, StrictInt, model_validator
+from pydantic import Field, StrictBool, StrictInt, model_validator
 
 from ...errors import nearest
 from ...scene.base import Body, Choice, Frozen, Point
@@ -55,9 +56,36 @@ class FluidBox(Frozen):
         return math.prod(hi - lo for lo, hi in zip(self.lo, self.hi))
 
 
+class FluidRound(Frozen):
+    """Upright round columns of one fluid about the axis `at` (x, y), each (radius, from z, to z); rings of particles follow the walls.
+    `quarter`: only what lies beyond x and y of the axis, where two planes mirror it."""
+
+    kind: Literal["round"] = "round"
+    at: tuple[Length, Length] = (0.0, 0.0)
+    columns: Annotated[tuple[tuple[Length, Length, Length], ...], Field(min_length=1, max_length=100)]
+    quarter: StrictBool = False
+
+    @model_validator(mode="after")
+    def _has_inside(self) -> FluidRound:
+        for radius, low, high in self.columns:
+            if radius <= 0 or low >= high:
+                raise ValueError(f"columns: radius {radius:g} m from {low:g} to {high:g} m holds nothing")
+        return self
+
+    @property
+    def level(self) -> float:
+        """Height of the free surface [m]."""
+        return max(high for _, _, high in self.columns)
+
+    @property
+    def volume(self) -> float:
+        return (0.25 if self.quarter else 1.0) * sum(math.pi * radius**2 * (high - low) for radius, low, high in self.columns)
+
+
 class ShellFill(Frozen):
-    """The inside of the closed shell of that name along `axis`: from `above` (None: its bottom) up to `level` (None: its top). Two fluids
-    in one shell lie one above the other: `above` of the upper one is the level of the lower one."""
+    """The inside of the closed shell, or rigid body met on its inside, of that name along `axis`: from `above` (None: its bottom) up to
+    `level` (None: its top). Plane openings count as closed. Two fluids in one shell lie one above the other: `above` of the upper one is
+    the level of the lower one."""
 
     kind: Literal["shell"] = "shell"
     shell: str
@@ -73,57 +101,73 @@ class ShellFill(Frozen):
 
 
 class Fluid(Body):
-    """A body of fluid particles. `spacing` None: that of the numerics. `support` h / D (T 1.27), `alpha` and `beta` the
-    artificial viscosity (T 1.24), `delta` the diffusion of density (docs/method.md). `hydrostatic`: at rest under the
-    gravity of the scene from the start, the highest particle without pressure. `contact` with shells and rigid bodies: None by its
-    pressure, with pinballs behind it (couplings/wetted/wetted.py), or by pinballs alone (T 3.3), whose plastic blows take energy.
-    `every`: steps of the clock between two of the fluid. Other bodies feel its pressure as one blow for all of them (docs/method.md);
-    None: 1."""
+    """A body of fluid particles. `spacing` None: that of the numerics. `support` h / D (T 1.27). `dissipation`: None, the artificial
+    viscosity with `alpha` and `beta` (T 1.24), or "riemann", for flows far slower than sound (bodies/fluid/pairs.py). `delta` the
+    diffusion of density (docs/method.md). `hydrostatic`: at rest under the gravity of the scene from the start, the highest particle
+    without pressure; with `pressure` all of it has so much more. `contact` with shells and rigid bodies: None by its pressure, with
+    pinballs behind it (couplings/wetted/wetted.py), or by pinballs alone (T 3.3), whose plastic blows take energy. `every`: steps of the
+    clock between two of the fluid. Other bodies feel its pressure as one blow for all of them (docs/method.md); None: 1."""
 
     what: ClassVar[str] = "fluid"
     bounces: ClassVar[bool] = False
     soft: ClassVar[bool] = True
 
-    fill: Annotated[FluidBox | ShellFill, Field(discriminator="kind")]
+    fill: Annotated[FluidBox | FluidRound | ShellFill, Field(discriminator="kind")]
     water: Water = Water()
     velocity: tuple[Speed, Speed, Speed] = (0.0, 0.0, 0.0)
     hydrostatic: bool = True
+    pressure: Annotated[Pressure, Field(ge=0)] | None = None
     contact: Literal["pinballs"] | None = None
     every: Annotated[StrictInt, Field(ge=1, le=20)] | None = None
     spacing: Annotated[Length, Field(gt=0)] | None = None
     support: Annotated[Dimensionless, Field(ge=1.0, le=2.0)] = 1.165
+    dissipation: Literal["riemann"] | None = None
     alpha: Annotated[Dimensionless, Field(ge=0, le=3)] = 0.1
     beta: Annotated[Dimensionless, Field(ge=0, le=10)] = 0.0
     delta: Annotated[Dimensionless, Field(ge=0, le=0.5)] = 0.1
 
+    @model_validator(mode="after")
+    def _one_dissipation(self) -> Fluid:
+        for key in ("alpha", "beta"):
+            said = key in self.model_fields_set and getattr(self, key) != Fluid.model_fields[key].default
+            if said and self.dissipation == "riemann":
+                raise ValueError(f"{key} is of artificial viscosity, and fluid '{self.name}' has dissipation 'riemann'; leave one out")
+        return self
+
     def check(self, scene: Any) -> None:
         """Against the rest of the scene."""
         where = scene.key_of(self)
-        shells = [shell.name for shell in scene.shells]
+        shells = [shell.name for shell in scene.shells] + [rigid.name for rigid in scene.rigids if rigid.side == "inside"]
         inside = getattr(self.fill, "shell", None)
         if inside is not None and inside not in shells:
+            if inside in [rigid.name for rigid in scene.rigids]:
+                raise ValueError(
+                    f"{where}.fill.shell: rigid body '{inside}' is not met on its inside; give it a surface and side = 'inside'"
+                )
             raise ValueError(f"{where}.fill.shell: there is no shell '{inside}'{nearest(inside, shells)}")
         if self.every not in (None, 1) and not any(body.what not in ("fluid", "rigid body") for body in scene.bodies):
             raise ValueError(f"{where}.every = {self.every}: steps of a shell, and the scene has none; leave it out")
+        meets, others = scene.meets(), [body for body in scene.bodies if body.what != self.what]
         for other in scene.before(self):
-            self._beside(scene, where, other)
+            if meets(self.name, other.name):
+                self._beside(scene, meets, others, where, other)
         _walls(self, scene)
         scene.in_time("a fluid moves", "fluids")
 
-    def _beside(self, scene: Any, where: str, other: Fluid) -> None:
-        """Two fluids that meet are one lattice of one law, of different density at most."""
-        if not scene.met(self.name, other.name).meet:
-            return
+    def _beside(self, scene: Any, meets: Callable[[str, str], bool], others: list[Any], where: str, other: Fluid) -> None:
+        """Two fluids that meet are one lattice of one law, of different density at most; others: the bodies that are no fluids."""
         apart = (
             "; not possible yet for fluids that can meet: make them equal, or part them by "
             f"Meeting(between=('{other.name}', '{self.name}'), meet=False)"
         )
-        mine, theirs = scene.numerics_of(self).spacing, scene.numerics_of(other).spacing
+        mine, theirs = (fluid.spacing or scene.numerics.spacing for fluid in (self, other))
         if mine != theirs:
             raise ValueError(f"{where}.spacing {show(mine, 'm')} is not that of '{other.name}', {show(theirs, 'm')}{apart}")
-        for body in scene.bodies:
-            if body.what != self.what and scene.met(self.name, body.name).meet != scene.met(other.name, body.name).meet:
+        for body in others:
+            if meets(self.name, body.name) != meets(other.name, body.name):
                 raise ValueError(f"meetings: '{body.name}' meets one of the fluids '{other.name}' and '{self.name}' alone{apart}")
+        if self.dissipation != other.dissipation:
+            raise ValueError(f"{where}.dissipation is not that of '{other.name}'{apart}")
         if self.support != other.support:
             raise ValueError(f"{where}.support {self.support:g} is not that of '{other.name}', {other.support:g}{apart}")
         if self.water.law.kind != other.water.law.kind:

@@ -68,16 +68,15 @@ class Loads(Pool):
         if nodes.bends:
             self.spin_mask = self.field("spin_mask", len(motions), 3, "i32", doc="1: this component of the spin is prescribed")
             self.spin = self.field("spin", len(motions), 3, unit="rad/s", doc="prescribed, at its full value")
-        for m, (i, mask, velocity, spin_mask, spin, curve) in enumerate(motions):
+        held, mask, velocity, spin_mask, spin, curve = zip(*motions)
+        for m, i in enumerate(held):
             fixed[i] = m + 1
-            if nodes.bends:
-                for c in range(3):
-                    self.spin_mask[m][c] = int(spin_mask[c])
-                    self.spin[m][c] = float(spin[c])
-            for c in range(dim):
-                self.mask[m][c] = int(mask[c])
-                self.velocity[m][c] = float(velocity[c])
-            self.curve[m] = self.curves.number(curve)
+        runtime.put(self.mask, np.array(mask, np.int32)[:, :dim])
+        runtime.put(self.velocity, np.array(velocity, float)[:, :dim])
+        runtime.put(self.curve, np.array([self.curves.number(one) for one in curve], np.int32))
+        if nodes.bends:
+            runtime.put(self.spin_mask, np.array(spin_mask, np.int32))
+            runtime.put(self.spin, np.array(spin, float))
         runtime.put(nodes.fixed, fixed)
         self.supports = Supports(nodes, fixed, len(motions), f"{self.name}.supports")
 
@@ -108,18 +107,24 @@ class NodalLoad(Pool):
     def __init__(self, name: str, nodes: Nodes, entries: Sequence, components: int, unit: str, curves: Curves):
         super().__init__(name)
         self.curves = curves
-        self.n = sum(len(i) for i, _, _ in entries)
+        node = np.concatenate([i for i, _, _ in entries])
+        value = np.concatenate([f for _, f, _ in entries])
+        curve = np.concatenate([np.full(len(i), curves.number(curve), np.int32) for i, _, curve in entries])
+        order = np.argsort(node, kind="stable")  # those of one node side by side, in the order of the scene
+        loaded, first = np.unique(node[order], return_index=True)
+        self.n = len(loaded)
         self.total = self.field("total", nodes.n, components, unit=unit, doc="on the node now")
-        self.node = self.field("node", self.n, dtype="i32", doc="of an entry")
-        self.value = self.field("value", self.n, components, unit=unit, doc="of an entry, at its full value")
-        self.curve = self.field("curve", self.n, dtype="i32", doc="number of its history")
-        runtime.put(self.node, np.concatenate([i for i, _, _ in entries]).astype(np.int32))
-        runtime.put(self.value, np.concatenate([f for _, f, _ in entries]))
-        runtime.put(self.curve, np.concatenate([np.full(len(i), curves.number(curve), np.int32) for i, _, curve in entries]))
+        self.node = self.field("node", self.n, dtype="i32", doc="a node with entries")
+        self.first = self.field("first", self.n + 1, dtype="i32", doc="its first entry")
+        self.value = self.field("value", len(node), components, unit=unit, doc="of an entry, at its full value")
+        self.curve = self.field("curve", len(node), dtype="i32", doc="number of its history")
+        runtime.put(self.node, loaded.astype(np.int32))
+        runtime.put(self.first, np.append(first, len(node)).astype(np.int32))
+        runtime.put(self.value, value[order])
+        runtime.put(self.curve, curve[order])
 
     def set(self, time: float) -> None:
         """Sum the entries at `time`."""
-        _clear(self, self.n)
         _gather(self, self.n, time)
 
 
@@ -162,13 +167,9 @@ def undrilled(loads: ti.template(), g, n, w):
 
 
 @ti.kernel
-def _clear(load: ti.template(), n: ti.i32):
-    for k in range(n):
-        load.total[load.node[k]] *= 0.0
-
-
-@ti.kernel
 def _gather(load: ti.template(), n: ti.i32, time: float):
-    ti.loop_config(serialize=True)  # a node may stand in several entries
-    for k in range(n):
-        load.total[load.node[k]] += load.value[k] * history(time, load.curves, load.curve[k])
+    for m in range(n):
+        total = load.total[load.node[m]] * 0.0
+        for k in range(load.first[m], load.first[m + 1]):
+            total += load.value[k] * history(time, load.curves, load.curve[k])
+        load.total[load.node[m]] = total

@@ -1,14 +1,15 @@
 """The pool of a surface's nodes: mass and motion. Every kind of shell made of nodes has it.
 
-`dim` is the number of displacement components: 2 for a surface that stays in its plane, 3 for one that bends (`bends`), which also
-has a director at each node. Both are constants of the run, so the same kernels serve both and a flat scene allocates and compiles
-nothing of bending.
+`dim` is the number of displacement components: 2 for a surface that stays in its plane, 3 for a solid, and for a surface that bends
+(`bends`), which also has a director at each node. Both are constants of the run, so the same kernels serve all, and a scene without
+bending allocates and compiles nothing of it.
 """
+
+from typing import Any
 
 import numpy as np
 
 from ... import runtime
-from ...geometry.mesh import SurfaceMesh
 from ...pool import Pool
 from ...runtime import ti
 
@@ -27,20 +28,21 @@ class Nodes(Pool):
 
     def __init__(
         self,
-        mesh: SurfaceMesh,
+        mesh: Any,
         mass: np.ndarray,
         inertia: np.ndarray | None = None,
         body: np.ndarray | None = None,
         name: str = "nodes",
+        dim: int = 2,
     ):
-        """mass (N,) [kg]; inertia (N,) [kg m2] of the director, None for a shell that stays in its plane; body (N,) number of the
-        body, None where there is one."""
+        """mass (N,) [kg]; inertia (N,) [kg m2] of the director, None for nodes without a director; body (N,) number of the
+        body, None where there is one; dim: of nodes without a director, components of their displacements."""
         super().__init__(name)
         self.n = n = len(mesh.points)
         body = np.zeros(n, np.int32) if body is None else body.astype(np.int32)
         self.several = bool(body.any())
         self.bends = inertia is not None
-        self.dim = dim = 3 if self.bends else 2
+        self.dim = dim = 3 if self.bends else dim
         half = "at the half step before (T 2.31)"
         self.X = self.field("X", n, 3, "f64", unit="m", doc="reference position")
         self.body = self.field("body", n, dtype="i32", doc="number of its body in the group")

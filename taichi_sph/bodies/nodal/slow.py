@@ -15,6 +15,7 @@ the second half from the step after it on. Loads are booked so. What the cells s
 every step of the clock.
 """
 
+from ... import runtime
 from ...pool import Pool
 from ...runtime import ti
 from .loads import Loads
@@ -59,11 +60,11 @@ class SlowNodes(Pool):
         self._rest()
 
     def _rest(self) -> None:
-        self.nodes.force.fill(0.0)
+        runtime.fill(self.nodes.force, 0.0)
         if self.nodes.bends:
-            self.nodes.couple.fill(0.0)
+            runtime.fill(self.nodes.couple, 0.0)
         for load in self.loads.given():
-            load.total.fill(0.0)
+            runtime.fill(load.total, 0.0)
 
 
 @ti.kernel

@@ -47,9 +47,9 @@ class Supports(Pool):
 
     def clear(self) -> None:
         """Nothing so far: what the steps to come add up to is one blow."""
-        self.force.fill(0.0)
+        runtime.fill(self.force, 0.0)
         if self.bends:
-            self.torque.fill(0.0)
+            runtime.fill(self.torque, 0.0)
 
     def balance(self, nodes: Nodes, loads: "Loads") -> None:
         """In statics: what the held nodes lack to be in equilibrium."""

@@ -15,6 +15,7 @@ from ..body import Entries, Group, Now, Rest, Span
 from .pool import RigidBodies, move, rest, spins
 from .port import RigidSurface
 from .said import Rigid
+from .solid import solid_of
 from .surface import RigidPoints
 
 
@@ -30,11 +31,16 @@ class RigidGroup(Rest):
 
     def __init__(self, scene: Scene):
         self.scene = scene
-        self.rigids = RigidBodies(scene.rigids)
+        self.solids = [solid_of(body, scene) for body in scene.rigids]
+        self.rigids = RigidBodies(self.solids)
         self.bodies = tuple(Span(name, r, 1) for r, name in enumerate(self.rigids.names))
         if scene.gravity is not None:
-            mass = np.array([body.mass for body in scene.rigids])
+            mass = np.array([body.mass for body in self.solids])
             runtime.put(self.rigids.weight, mass[:, None] * np.asarray(scene.gravity))
+
+    @property
+    def n_nodes(self) -> int:
+        return 0
 
     def force(self, now: Now) -> None:
         rest(self.rigids, self.rigids.n)
@@ -45,11 +51,11 @@ class RigidGroup(Rest):
 
     def alone(self) -> dict[str, float]:
         """No point moves by more than a twentieth of the smallest pinball."""
-        radius = min(p.radius for body in self.scene.rigids for p in body.pinballs)
+        radius = min(body.radii.min() for body in self.solids)
         gravity = float(np.linalg.norm(self.scene.gravity or (0.0, 0.0, 0.0)))
         speed = 0.0
-        for body in self.scene.rigids:
-            reach = max(np.linalg.norm(np.array(p.centre) - body.centre) + p.radius for p in body.pinballs)
+        for solid in self.solids:
+            body, reach = solid.said, solid.reach
             going = 1.0 if body.driven is None else body.driven.fastest
             way = body if body.driven is None else body.driven
             speed = max(speed, going * float(np.linalg.norm(way.velocity) + reach * np.linalg.norm(way.spin)))
@@ -62,8 +68,8 @@ class RigidGroup(Rest):
 
     def negligible(self, dt: float) -> float:
         """1/2 m v^2, with v a millionth of a millionth of the way from the origin in a step: places are no finer."""
-        far = [max(np.abs(p.centre).max() + p.radius for p in body.pinballs) for body in self.scene.rigids]
-        return sum(0.5 * body.mass * (1e-12 * way / dt) ** 2 for body, way in zip(self.scene.rigids, far))
+        far = [float((np.abs(body.places).max(axis=1) + body.radii).max()) for body in self.solids]
+        return sum(0.5 * body.mass * (1e-12 * way / dt) ** 2 for body, way in zip(self.solids, far))
 
     def look(self, now: Now) -> None:
         x = runtime.get(self.rigids.x, self.rigids.n)
@@ -78,7 +84,12 @@ class RigidGroup(Rest):
         x, radius = rigids.ball_places(), rigids.ball_radius
         centre, v, omega = runtime.get(rigids.x, rigids.n), runtime.get(rigids.v, rigids.n), spins(rigids)
         frames = []
-        for r, name in enumerate(rigids.names):
+        for r, (name, mesh) in enumerate(zip(rigids.names, (solid.mesh for solid in self.solids))):
+            if mesh is not None:
+                now = rigids.places(np.full(len(mesh.points), r), mesh.points - self.solids[r].centre)
+                data = {"reference": mesh.points, "velocity": v[r] + np.cross(omega[r], now - centre[r])}
+                frames.append(BodyFrame(name, now, mesh.cells, data, {}, kind="rigid"))
+                continue
             own = np.flatnonzero(rigids.ball_body == r)
             data = {
                 "reference": rigids.ball_reference[own],
@@ -104,7 +115,7 @@ class RigidGroup(Rest):
 
     def wettables(self, name: str, spacing: float, meets: Callable[[str], bool]) -> list[RigidPoints]:
         """The points that water presses on."""
-        points = RigidPoints(name, self, self.scene.rigids, spacing, meets)
+        points = RigidPoints(name, self, self.solids, spacing, meets)
         return [points] if points.n else []
 
     def surface(self) -> RigidSurface:

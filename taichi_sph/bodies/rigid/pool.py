@@ -1,6 +1,7 @@
 """Rigid bodies: few of them, each with its pinballs (T 3.3). Data and the way they move; always f64, for a body
 moves far and turns often."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from ... import runtime
 from ...numerics.turns import eased, product, rolled, weighed
 from ...pool import Pool
 from ...runtime import ti
-from .said import Rigid
+from .solid import Solid
 
 
 class RigidBodies(Pool):
@@ -22,12 +23,12 @@ class RigidBodies(Pool):
     ball_reference (B, 3) [m].
     """
 
-    def __init__(self, bodies: tuple[Rigid, ...], name: str = "rigid"):
+    def __init__(self, bodies: Sequence[Solid], name: str = "rigid"):
         super().__init__(name)
-        self.said = bodies
+        self.said = said = [body.said for body in bodies]
         self.names = [body.name for body in bodies]
         self.n = n = len(bodies)
-        self.n_balls = sum(len(body.pinballs) for body in bodies)
+        self.n_balls = sum(len(body.radii) for body in bodies)
 
         def field(name: str, vector: int = 0, unit: str = "", doc: str = "", keeps: bool = False) -> Any:
             return self.field(name, n, vector, "f64", unit=unit, doc=doc, keeps=keeps)
@@ -47,7 +48,7 @@ class RigidBodies(Pool):
         self.kinetic = field("kinetic", 0, "J", "of the last step", True)
         self.mass = field("mass", 0, "kg", "mass")
         self.free = field("free", 0, "", "1, and 0 for a body that is held or driven")
-        self.drives = any(body.driven is not None for body in bodies)
+        self.drives = any(body.driven is not None for body in said)
         if self.drives:
             self.driven = field("driven", 0, "", "1 for a body that is driven")
             self.led = field("led", 3, "m/s", "velocity of a driven body at the half step to come")
@@ -66,23 +67,23 @@ class RigidBodies(Pool):
             moments.append(values)
             axes.append(np.roll(Rotation.from_matrix(vectors).as_quat(), 1))
         runtime.put(self.x, np.array([body.centre for body in bodies]))
-        runtime.put(self.v, np.array([body.velocity for body in bodies], float))
-        runtime.put(self.L, np.array([body.moments @ np.array(body.spin) for body in bodies]))
+        runtime.put(self.v, np.array([body.velocity for body in said], float))
+        runtime.put(self.L, np.array([body.moments @ np.array(body.said.spin) for body in bodies]))
         runtime.put(self.q, np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)))
         runtime.put(self.mass, np.array([body.mass for body in bodies]))
-        runtime.put(self.free, np.array([0.0 if body.held or body.driven else 1.0 for body in bodies]))
+        runtime.put(self.free, np.array([float(body.free) for body in said]))
         if self.drives:
             v, spin = self._led(0.0)
-            runtime.put(self.driven, np.array([float(body.driven is not None) for body in bodies]))
+            runtime.put(self.driven, np.array([float(body.driven is not None) for body in said]))
             runtime.put(self.v, runtime.get(self.v, n) + v)
             runtime.put(self.turn_before, spin)
             runtime.put(self.L, runtime.get(self.L, n) + np.array([body.moments @ w for body, w in zip(bodies, spin)]))
         runtime.put(self.axes, np.array(axes))
         runtime.put(self.moments, np.array(moments))
-        self.ball_body = np.repeat(np.arange(n), [len(b.pinballs) for b in bodies]).astype(np.int32)
-        self.ball_arm = np.array([np.array(p.centre) - b.centre for b in bodies for p in b.pinballs])
-        self.ball_radius = np.array([p.radius for b in bodies for p in b.pinballs])
-        self.ball_reference = np.array([p.centre for b in bodies for p in b.pinballs])
+        self.ball_body = np.repeat(np.arange(n), [len(body.radii) for body in bodies]).astype(np.int32)
+        self.ball_arm = np.concatenate([body.places - body.centre for body in bodies])
+        self.ball_radius = np.concatenate([body.radii for body in bodies])
+        self.ball_reference = np.concatenate([body.places for body in bodies])
 
     def _led(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """(n, 3) velocities [m/s] and (n, 3) spins [rad/s] of driven bodies, 0 of others."""
@@ -99,15 +100,19 @@ class RigidBodies(Pool):
 
     def ball_places(self) -> np.ndarray:
         """(B, 3) where the pinballs are now [m]."""
-        x, q = (runtime.get(field, self.n)[self.ball_body] for field in (self.x, self.q))
+        return self.places(self.ball_body, self.ball_arm)
+
+    def places(self, body: np.ndarray, arm: np.ndarray) -> np.ndarray:
+        """(K, 3) where points of bodies are now [m]; body (K,), arm (K, 3) [m] from the centre at t = 0."""
+        x, q = (runtime.get(field, self.n)[body] for field in (self.x, self.q))
         u = q[:, 1:]
-        t = 2.0 * np.cross(u, self.ball_arm)
-        return x + (self.ball_arm + q[:, :1] * t + np.cross(u, t))
+        t = 2.0 * np.cross(u, arm)
+        return x + (arm + q[:, :1] * t + np.cross(u, t))
 
     def hardest(self) -> np.ndarray:
         """(n,) largest force of water and contact [N] of all steps since the last call."""
         found = runtime.get(self.f_max, self.n)
-        self.f_max.fill(0.0)
+        runtime.fill(self.f_max, 0.0)
         return found
 
 

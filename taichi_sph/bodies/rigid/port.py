@@ -26,7 +26,7 @@ class RigidSurface(Surface):
 
     def grip(self, span: Span, point: np.ndarray, radius: float | None) -> tuple[np.ndarray, np.ndarray]:
         """The body itself, wherever the point is."""
-        return np.array([span.first]), point - self.group.scene.rigids[span.first].centre
+        return np.array([span.first]), point - self.group.solids[span.first].centre
 
     def look(self, port: Any, places: bool) -> None:
         _look(port, self.rigids, self.n, self.rigids.n_balls, self.first.body, self.first.ball, int(places))

@@ -1,4 +1,4 @@
-"""The surface of rigid bodies for water: even points on the outside of their pinballs."""
+"""The surface of rigid bodies for water: even points on their faces, or on the outside of their pinballs."""
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
@@ -6,12 +6,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ... import runtime
+from ...geometry.near import sampled
 from ...numerics.turns import turned
 from ...pool import Pool
 from ...runtime import ti
 from ..wettable import SurfacePoints
+from .faces import points as face_points
 from .pool import spin_of
 from .said import Rigid
+from .solid import Solid
 
 if TYPE_CHECKING:
     from .group import RigidGroup
@@ -23,8 +26,8 @@ class RigidPoints(Pool):
     thin = False
     halves: Sequence[float] = ()
 
-    def __init__(self, name: str, group: "RigidGroup", bodies: Sequence[Rigid], spacing: float, meets: Callable[[str], bool]):
-        """bodies: as the scene says them; spacing [m] of the points."""
+    def __init__(self, name: str, group: "RigidGroup", bodies: Sequence[Solid], spacing: float, meets: Callable[[str], bool]):
+        """spacing [m] of the points."""
         super().__init__(name)
         self.rigids = group.rigids
         arms, facing, owner = [np.zeros((0, 3))], [np.zeros((0, 3))], [np.zeros(0, np.int32)]
@@ -34,7 +37,7 @@ class RigidPoints(Pool):
                 continue
             points, areas = surface(body, spacing)
             arms, facing, owner = [*arms, points], [*facing, areas], [*owner, np.full(len(points), r, np.int32)]
-            if not body.held and body.driven is None:  # a third of its surface is wet: the projection of a ball on a plane
+            if body.said.free:  # a third of its surface is wet: the projection of a ball on a plane
                 self.lightest = min(self.lightest, float(3.0 * body.mass / np.linalg.norm(areas, axis=1).sum()))
         self.n = n = sum(map(len, owner))
         self.arm = self.field("arm", n, 3, "f64", unit="m", doc="from the centre of mass, at t = 0")
@@ -57,9 +60,20 @@ class RigidPoints(Pool):
         _bear(points, self, first, self.rigids.n, times)
 
 
-def surface(body: Rigid, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """(K, 3) points on the outside of a body's pinballs, from its centre of mass [m], and (K, 3) vector areas outward
-    [m2], at t = 0: even points on each sphere, about `spacing` [m] apart, those inside another pinball left out."""
+def surface(body: Solid, spacing: float) -> tuple[np.ndarray, np.ndarray]:
+    """(K, 3) points of what is met of a body, from its centre of mass [m], and (K, 3) vector areas to the side where it is met [m2]."""
+    if body.mesh is None:
+        return _of_pinballs(body.said, spacing)
+    points, areas = sampled(body.mesh, spacing)
+    return points - body.centre, areas
+
+
+def _of_pinballs(body: Rigid, spacing: float) -> tuple[np.ndarray, np.ndarray]:
+    """(K, 3) points, from the centre of mass of a body [m], and (K, 3) vector areas outward [m2], at t = 0, about `spacing` [m] apart: on
+    its faces, or where none are said on the outside of its pinballs; even ones on each sphere, those inside another pinball left out."""
+    if body.faces:
+        made = [face_points(face, spacing) for face in body.faces]
+        return np.concatenate([x for x, _ in made]) - body.centre, np.concatenate([a for _, a in made])
     points, areas = [], []
     for one in body.pinballs:
         n = max(24, int(np.ceil(4 * np.pi * one.radius**2 / spacing**2)))

@@ -38,6 +38,7 @@ from .build import (
     quarters,
 )
 from .metal import thicknesses
+from .parts import Part
 from .port import ShellSurface
 from .pressure import BOOK, Pressed, SurfacePressures
 from .said import Shell
@@ -59,25 +60,25 @@ class ShellGroup(Rest):
 
     kind = "shell"
 
-    def __init__(self, scene: Scene, shells: list[Shell], suffix: str = ""):
+    def __init__(self, scene: Scene, some: list[Part], suffix: str = ""):
         self.scene, self.suffix = scene, suffix
         self.now = Now()
-        model = self.model = build(scene, shells, suffix, self.per_cell(scene.numerics_of(shells[0]).formulation))
+        model = self.model = build(scene, some, suffix, self.per_cell(scene.numerics_of(some[0].said).formulation))
         self.shells, self.mesh = model.bodies, model.mesh
         self.nodes, self.cells, self.points, self.material = model.nodes, model.cells, model.points, model.material
         self.bodies: tuple[Span, ...] = tuple(body.nodes for body in self.shells)
-        self.every = laws(scene, shells[0])[-1]
+        self.every = laws(scene, some[0].said)[-1]
         self.reducer = Reducer(max(self.nodes.n, self.points.n), f"reduce{suffix}")
         self.internal = self.form(model)
         areas = self.areas_of_nodes()
-        mass, inertia = masses(self.shells, areas)
+        mass, inertia = masses(self.shells, lambda of_cells: areas if of_cells is None else self.areas_of_nodes(of_cells))
         runtime.put(self.nodes.mass, mass)
         if inertia is not None:
             runtime.put(self.nodes.inertia, inertia)
         dim = self.nodes.dim
         self.loads = Loads(
             self.nodes,
-            list(node_forces(scene, self.shells, areas, dim)),
+            list(node_forces(scene, self.shells, areas, mass, dim)),
             list(node_motions(scene, self.shells, dim)),
             list(node_moments(scene, self.shells, areas)),
             f"loads{suffix}",
@@ -85,8 +86,8 @@ class ShellGroup(Rest):
         )
         self.slow = SlowNodes(self.nodes, self.loads, self.every, f"slow{suffix}") if self.every > 1 else None
         self.pressures = self._pressures()
-        materials = [body.said.material for body in self.shells]
-        self.sound = np.array([float(np.sqrt(m.young / m.density / (1 - m.poisson**2))) for m in materials])
+        materials = [[sheet.material for sheet in body.made.sheets] for body in self.shells]
+        self.sound = np.array([max(float(np.sqrt(m.young / m.density / (1 - m.poisson**2))) for m in of) for of in materials])
         self.stable: StableStep
 
     def start(self) -> None:
@@ -111,9 +112,10 @@ class ShellGroup(Rest):
         """The pressures on the group."""
         raise NotImplementedError
 
-    def areas_of_nodes(self) -> np.ndarray:
-        """(N,) area that each node owns [m2]: its mass, and its share in a NodalForce."""
-        return quarters(self.shells)
+    def areas_of_nodes(self, of_cells: np.ndarray | None = None) -> np.ndarray:
+        """(N,) area that each node owns [m2]: its mass, and its share in a NodalForce. of_cells (M,): what a cell has per area instead
+        of 1."""
+        return quarters(self.shells, of_cells)
 
     def stiffness(self) -> Stiffness | None:
         """The tangent of the form about any place; None where there is none."""
@@ -161,8 +163,9 @@ class ShellGroup(Rest):
         pressed = [
             Pressed(pressed_cells(body, p.where), p.value, curve(self.scene, p.history), p.kind == "follower")
             for body in self.shells
-            for p in self.scene.loads_of("pressures", body.name)
+            for p in self.scene.loads_of("pressures", body.of)
         ]
+        pressed = [one for one in pressed if len(one.cells)]  # a part of a shell may have none of them
         return self.pressed_by(pressed) if pressed else None
 
     def strain(self, now: Now) -> None:
@@ -265,7 +268,8 @@ class ShellGroup(Rest):
     def negligible(self, dt: float) -> float:
         """1/2 E strain^2 over all shells, twice."""
         rounding = 1e-6 if self.scene.numerics.precision == "f32" else 1e-12
-        return sum(rounding**2 * body.said.material.young * body.said.thickness * float(body.mesh.areas.sum()) for body in self.shells)
+        stiff = (max(sheet.material.young * sheet.thickness for sheet in body.made.sheets) for body in self.shells)
+        return sum(rounding**2 * each * float(body.mesh.areas.sum()) for each, body in zip(stiff, self.shells))
 
     def frames(self) -> list[BodyFrame]:
         """The shells now: see BodyFrame for names and units."""
@@ -279,8 +283,14 @@ class ShellGroup(Rest):
         found = []
         for body in self.shells:
             own = {name: values[body.cells.rows] for name, values in cells.items()}
+            if (weights := body.weights) is not None:
+                own["weight"] = weights.reshape(body.cells.n, -1).mean(axis=1)
+            if body.split is not None and body.name == body.of:
+                own["hidden"] = (own["weight"] < 1.0).astype(np.uint8)
             if self.material.yields:
-                own["thickness"] = thicknesses(own["strain"], body.said.thickness)
+                own["thickness"] = thicknesses(own["strain"], body.made.thickness)
+            if not body.made.even:
+                own["areal_mass"] = body.made.areal
             of_nodes = {"reference": body.mesh.points} | {name: values[body.nodes.rows] for name, values in nodes.items()}
             found.append(BodyFrame(body.name, points[body.nodes.rows], body.mesh.cells, of_nodes, own))
         return found
@@ -313,7 +323,7 @@ class ShellGroup(Rest):
         "support_1" is the first motion of the scene."""
         if not self.loads.moves or self.scene.modes is not None or self.scene.limit is not None:
             return {}
-        numbers = [k for body in self.shells for k, motion in enumerate(self.scene.motions, start=1) if motion.body == body.name]
+        numbers = [k for body in self.shells for k, motion in enumerate(self.scene.motions, start=1) if motion.body == body.of]
         return dict(zip((f"support_{k}" for k in numbers), self.loads.supports.rows(1.0 / self.every)))
 
     def surface(self) -> ShellSurface | None:

@@ -32,14 +32,14 @@ import numpy as np
 
 from ...laws import delay, ductile, elastic, johnson_cook, von_mises
 from ...runtime import ti
-from ..nodal.nodes import body_of
+from .pool import sheet_of
 
 ROOT_12 = 12.0**0.5
 ROOT_3 = 3.0**0.5
 
 
-def thicknesses(strain: np.ndarray, thickness: float) -> np.ndarray:
-    """(M,) e = e_0 / det U [m] of the strains (M, 3 or 8) of the cells."""
+def thicknesses(strain: np.ndarray, thickness: np.ndarray) -> np.ndarray:
+    """(M,) e = e_0 / det U [m] of the strains (M, 3 or 8) of cells of thickness e_0 (M,) [m]."""
     C11, C22, C12 = 1.0 + 2.0 * strain[:, 0], 1.0 + 2.0 * strain[:, 1], strain[:, 2]
     return thickness / np.sqrt(np.maximum(C11 * C22 - C12**2, 1e-12))
 
@@ -153,7 +153,7 @@ def _damaged(material: ti.template(), b, D, delayed, p, dp, ratio2, dt):
 @ti.func
 def advance(cells: ti.template(), material: ti.template(), s, g: ti.template(), dt, rebase):
     """Resultants of cell s at the strains g, and its history after a step of dt; dt = 0 leaves the history as it is."""
-    b = body_of(cells, s)
+    b = sheet_of(cells, s)
     stress = cells.stress[s]
     kept = stress[0] * 0.0 + 1.0
     if ti.static(material.layers > 0):
@@ -172,7 +172,7 @@ def advance(cells: ti.template(), material: ti.template(), s, g: ti.template(), 
 @ti.func
 def _section(cells: ti.template(), material: ti.template(), s, d: ti.template(), dt):
     """Effective stresses (m, b, s) after the increment d, the section as one point."""
-    b = body_of(cells, s)
+    b = sheet_of(cells, s)
     young, nu = material.young[b], material.poisson[b]
     sheared = young
     if ti.static(material.bends):
@@ -248,7 +248,7 @@ def _spared(cells: ti.template(), s):
 @ti.func
 def _layered(cells: ti.template(), material: ti.template(), s, d: ti.template(), dt):
     """Stresses (m, b, s) that the section carries after the increment d, damage taken off, layer by layer."""
-    b = body_of(cells, s)
+    b = sheet_of(cells, s)
     young, nu, L = material.young[b], material.poisson[b], material.layers
     bulk, shear = 0.5 * young / (1.0 - nu), 1.5 * young / (1.0 + nu)
     sheared = cells.shear[s] / material.thickness[b]
@@ -328,7 +328,7 @@ def _layered(cells: ti.template(), material: ti.template(), s, d: ti.template(),
 @ti.func
 def stored(cells: ti.template(), material: ti.template(), s):
     """Elastic energy per unit of reference area [J/m2]."""
-    b = body_of(cells, s)
+    b = sheet_of(cells, s)
     sheared = material.young[b]
     if ti.static(material.bends):
         sheared = cells.shear[s] / material.thickness[b]

@@ -1,7 +1,7 @@
 """The pools of shells: stress points and constants of the materials. Every field says its unit and meaning."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from ...pool import Pool
 from ...runtime import ti
 from ...scene.materials import Material
 from ..nodal.nodes import Nodes
+from .sections import Sheet
 
 
 class StressPoints(Pool):
@@ -29,16 +30,21 @@ class StressPoints(Pool):
         material: "MaterialPool",
         sound: np.ndarray | None = None,
         body: np.ndarray | None = None,
+        sheet: np.ndarray | None = None,
         name: str = "points",
     ):
         """sound (n,) bool: points that are never damaged; None where there is none. body (n,): number of the body; None where there
-        is one."""
+        is one. sheet (n,): row of the material; None where it is that of the body."""
         super().__init__(name)
         self.n = n
-        self.several = nodes.several
+        self.varied = nodes.several or sheet is not None
         body = np.zeros(n, np.int32) if body is None else body.astype(np.int32)
         self.body = self.field("body", n, dtype="i32", doc="number of its body in the group")
         runtime.put(self.body, body)
+        self.sheet = self.body
+        if sheet is not None:
+            self.sheet = self.field("sheet", n, dtype="i32", doc="row of its material")
+            runtime.put(self.sheet, sheet.astype(np.int32))
         self.area = self.field("area", n, unit="m2", doc="reference area")
         self.a1 = self.field("a1", n, nodes.dim, doc="X_,1 of the reference; a1 and a2 are orthonormal")
         self.a2 = self.field("a2", n, nodes.dim, doc="X_,2 of the reference")
@@ -67,14 +73,14 @@ class StressPoints(Pool):
             self.sound = self.field("sound", n, dtype="i32", doc="1: never damaged")
             runtime.put(self.sound, sound.astype(np.int32))
         if material.yields:
-            self._metal(material, nodes.bends, body)
+            self._metal(material, nodes.bends, body if sheet is None else sheet)
         self.new = self.field("new", n, dtype="i32", doc="cells that break in this step")
         self.n_new = self.field("n_new", 1, dtype="i32", doc="how many they are")
         runtime.put(self.rupture_time, np.full(n, np.nan))
 
-    def _metal(self, material: "MaterialPool", bends: bool, body: np.ndarray) -> None:
+    def _metal(self, material: "MaterialPool", bends: bool, sheet: np.ndarray) -> None:
         """History of a metal (bodies/shell/metal.py); of a bent shell in layers, at every layer as well."""
-        first = material.first[body]
+        first = material.first[sheet]
         n = self.n
         size = 8 if bends else 3
         self.stress = self.field("stress", n, size, unit="Pa", doc="m, b, s: effective, or summed over layers", keeps=True)
@@ -159,11 +165,11 @@ class Cells(StressPoints, Joined):
         material: "MaterialPool",
         sound: np.ndarray | None = None,
         body: np.ndarray | None = None,
+        sheet: np.ndarray | None = None,
         name: str = "cells",
     ):
-        """sound (M,) bool: cells that are never damaged; None where there is none. body (M,): number of the body; None where there
-        is one."""
-        super().__init__(len(mesh.cells), nodes, material, sound, body, name)
+        """sound (M,) bool: cells that are never damaged; None where there is none. body, sheet (M,): as of StressPoints."""
+        super().__init__(len(mesh.cells), nodes, material, sound, body, sheet, name)
         self.join(mesh, nodes)
 
     @ti.func
@@ -179,10 +185,19 @@ class Cells(StressPoints, Joined):
         return result
 
 
+@ti.func
+def sheet_of(points: ti.template(), s):
+    """Row of the material of stress point s; nothing is read where there is one."""
+    b = 0
+    if ti.static(points.varied):
+        b = points.sheet[s]
+    return b
+
+
 CONSTANTS = {  # of a material: unit and meaning
     "young": ("Pa", "E"),
     "poisson": ("", "nu"),
-    "thickness": ("m", "of the shell"),
+    "thickness": ("m", "of the sheet"),
     "threshold": ("", "Mazars: strain at which damage begins"),
     "A": ("", "Mazars"),
     "B": ("", "Mazars"),
@@ -202,46 +217,38 @@ CONSTANTS = {  # of a material: unit and meaning
 }
 
 
-class Section(NamedTuple):
-    """What a body is made of: its material, thickness [m], and the width [m] of its cells, which a neck is spread over."""
-
-    material: Material
-    thickness: float
-    width: float = 0.0
-
-
 class MaterialPool(Pool):
-    """Constants of the materials, one row a body, as fields so that changing a number recompiles nothing.
+    """Constants of the materials, one row a sheet (sections.py), as fields so that changing a number recompiles nothing.
 
     Which laws there are (`yields`, `damages`, `delays`, `breaks`; `remembers`: any history) is a constant of the run: what
     a scene does not ask for is not compiled. All bodies of a pool have the same laws (build.laws).
     """
 
-    def __init__(self, sections: Sequence[Section], bends: bool, name: str = "material"):
+    constants = CONSTANTS
+
+    def __init__(self, sheets: Sequence[Sheet], bends: bool, name: str = "material"):
         super().__init__(name)
-        self.sections, self.bends = sections, bends
-        one = sections[0].material
+        self.sheets, self.bends = sheets, bends
+        one = sheets[0].material
         self.yields = one.strength is not None
         self.damages = one.damage is not None
         self.delays = one.delay is not None
         self.remembers = self.yields or self.damages
         self.breaks = one.critical_damage is not None
-        rows = [self._constants(section) for section in sections]
+        rows = [self._constants(sheet) for sheet in sheets]
         for key in rows[0]:
-            unit, doc = CONSTANTS[key]
-            field = self.field(key, len(rows), unit=unit, doc=doc)
-            for b, row in enumerate(rows):
-                field[b] = row[key]
-            setattr(self, key, field)
+            unit, doc = self.constants[key]
+            setattr(self, key, self.field(key, len(rows), unit=unit, doc=doc))
+            runtime.put(getattr(self, key), np.array([row[key] for row in rows]))
         if self.yields:
-            self._strengths([section.material.strength for section in sections])
+            self._strengths([sheet.material.strength for sheet in sheets])
 
     def numbers(self, key: str) -> list[float]:
-        """A constant of each body, as the kernels read it."""
-        return runtime.get(getattr(self, key), len(self.sections)).astype(np.float64).tolist()
+        """A constant of each sheet, as the kernels read it."""
+        return runtime.get(getattr(self, key), len(self.sheets)).astype(np.float64).tolist()
 
-    def _constants(self, section: Section) -> dict[str, float]:
-        material, thickness, width = section
+    def _constants(self, sheet: Sheet) -> dict[str, float]:
+        material, thickness, width = sheet
         damage: Any = material.damage
         values: dict[str, Any] = {"young": material.young, "poisson": material.poisson, "thickness": thickness}
         if self.damages and not self.yields:

@@ -1,4 +1,4 @@
-"""Shells as couplings see them: a node is a mover that does not turn, and a disc across its director."""
+"""Shells as couplings see them: a node is a mover that does not turn, and a disc across its director; a cell is a face."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ import numpy as np
 from ...runtime import ti
 from ..body import Now, Span
 from ..nodal.loads import history
-from ..surface import Discs, Surface
+from ..surface import Discs, Faces, Surface
 from .surface import place
 
 
@@ -23,8 +23,9 @@ class ShellSurface(Surface):
         sides = np.asarray(group.mesh.edges.sides)
         border[np.unique(group.mesh.edges.nodes[(sides < 0).any(axis=1)])] = 1
         body = np.repeat(np.arange(len(self.bodies)), [span.n for span in self.bodies])
-        half = np.concatenate([np.full(shell.nodes.n, 0.5 * shell.said.thickness) for shell in group.shells])
+        half = np.concatenate([0.5 * shell.thickness for shell in group.shells])
         self.discs = Discs(body, half, 0.5 * group.mesh.node_spacing, border, group.mesh.points)
+        self.faces = Faces(np.asarray(group.mesh.cells))
 
     def grip(self, span: Span, point: np.ndarray, radius: float | None) -> tuple[np.ndarray, np.ndarray]:
         """The nearest node, or the nodes within `radius`."""
@@ -36,6 +37,8 @@ class ShellSurface(Surface):
         first = self.first
         thin = int(port.thin)
         _look(port, self.nodes, self.cells, self.n, len(self.bodies), first.body, first.disc, first.thin, int(places), thin)
+        if thin and places:
+            _look_faces(port, self.cells, self.cells.n, len(self.bodies), first.body, first.face)
 
     def offer(self, port: Any, first: int, last: int, now: Now) -> None:
         _offer(port, self.nodes, self.loads, first, last, self.first.mover, now.kick, now.half_time)
@@ -95,6 +98,27 @@ def _look(
                 port.disc_radius[d] = radius
                 if radius > port.largest[b]:
                     ti.atomic_max(port.largest[b], radius)
+
+
+@ti.kernel
+def _look_faces(port: ti.template(), cells: ti.template(), n: ti.i32, bodies: ti.i32, body: ti.i32, face: ti.i32):
+    """After `_look`, which has put the discs where their nodes are."""
+    for b in range(body, body + bodies):
+        port.widest_face[b] = 0.0
+    for s in range(n):
+        corners = port.face_disc[face + s]
+        b = port.disc_body[corners[0]]
+        sides = ti.select(corners[3] < 0, 3, 4)
+        x = ti.Vector([0.0, 0.0, 0.0], ti.f64)
+        for k in range(sides):
+            x += port.disc_x[corners[k]] / sides
+        reach = ti.cast(-1.0, ti.f64)
+        if cells.broken[s] == 0:
+            for k in range(sides):
+                reach = ti.max(reach, (port.disc_x[corners[k]] - x).norm())
+            if reach > port.widest_face[b]:
+                ti.atomic_max(port.widest_face[b], reach)
+        port.face_x[face + s], port.face_reach[face + s] = x, reach
 
 
 @ti.kernel

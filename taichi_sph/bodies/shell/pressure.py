@@ -45,6 +45,8 @@ class SurfacePressures(Pool):
         n = sum(len(one.cells) for one in pressed)
         self.cell = self.field("cell", n, dtype="i32", doc="number of the cell of a row")
         runtime.put(self.cell, np.concatenate([one.cells for one in pressed]).astype(np.int32))
+        self.follows = self.field("follows", n, dtype="i32", doc="1: the pressure of a row turns and grows with its cell")
+        runtime.put(self.follows, np.concatenate([np.full(len(one.cells), one.follower, np.int32) for one in pressed]))
         self.n = n
         self.force = self.field("force", each * n, 3, unit="N", doc="of the step before", keeps=True)
         self.place = self.field("place", each * n, 3, unit="m", doc="mean displacement of the step before", keeps=True)
@@ -59,7 +61,7 @@ class SurfacePressures(Pool):
         row = 0
         for one, value in zip(self.pressed, values):
             n = len(one.cells)
-            self.act(n, row, float(value), int(one.follower), book, push)
+            self.act(n, row, float(value), book, push)
             row += n
 
     def on_cells(self, values: Sequence[float] | np.ndarray, m: int, follower: bool) -> np.ndarray:
@@ -70,7 +72,7 @@ class SurfacePressures(Pool):
                 np.add.at(total, one.cells, value)
         return total
 
-    def act(self, n: int, row: int, pressure: float, follower: int, book: int, push: int) -> None:
+    def act(self, n: int, row: int, pressure: float, book: int, push: int) -> None:
         """Forces of `n` rows from `row` on, of one pressure [Pa]."""
         raise NotImplementedError
 

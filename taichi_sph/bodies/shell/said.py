@@ -81,16 +81,54 @@ class FiniteElements(Frozen):
 
 Formulation = Annotated[Galerkin | Collocation | FiniteElements, *Choice]
 
+PARTICLES = ".particles"  # end of the name of the particles of a shell of elements
+
+
+class Patch(Frozen):
+    """Particles in a shell of finite elements, where rupture is expected (T chapter 4, docs/method.md).
+
+    `where`: regions; elements whose middle is in one of them become particles, `spacing` apart. The elements around them, one wide, are
+    both: there the energies of both are weighed and their velocities tied (Arlequin).
+    `weight` of the particles there: "half", or growing from 0 to 1 as "linear" or "cubic". `multipliers`: on the gradient of the weight, or
+    as T has them on the "volume", from the Gauss points of the elements with moving least squares over `reach` times the distance of those
+    from the middle. `directors`: they are tied too. `irregularity`: particles inside are moved at random by up to so many spacings.
+    """
+
+    where: Annotated[tuple[Region, ...], Field(min_length=1, max_length=200)]
+    spacing: Annotated[Length, Field(gt=0)]
+    weight: Literal["half", "linear", "cubic"] = "half"
+    multipliers: Literal["gradient", "volume"] = "gradient"
+    reach: Annotated[Dimensionless, Field(ge=0.5, le=3)] = 2.0
+    directors: StrictBool = True
+    irregularity: Annotated[Dimensionless, Field(ge=0, le=0.4)] = 0.0
+    formulation: Galerkin = Galerkin()
+
+
+class Section(Frozen):
+    """What differs from the rest of a shell in a region, or in a group of its mesh: thickness, material, or both. Of a material the
+    numbers may differ, not which laws it has."""
+
+    where: Region
+    thickness: Annotated[Length, Field(gt=0)] | None = None
+    material: Material | None = None
+
+    @model_validator(mode="after")
+    def _differs(self) -> Section:
+        if self.thickness is None and self.material is None:
+            raise ValueError("thickness and material are missing: give what differs there")
+        return self
+
 
 class Shell(Body):
-    """A thin body: mid-surface, thickness, material, cuts present at t = 0.
+    """A thin body: mid-surface, thickness, material, cuts present at t = 0. `sections`: where thickness or material are others; the last
+    one that holds the middle of a cell counts.
 
     `motion` = "in_plane": the mid-surface stays in its plane (plane stress, two degrees of freedom);
     "free": it bends and turns as it likes (Mindlin-Reissner, five degrees of freedom). `spacing` to `raised_inertia`: as in the numerics of
     the scene, for this shell alone; None: what stands there. `every`: steps of the clock between two of the shell's own; None: 1.
     """
 
-    bears: ClassVar[frozenset[str]] = frozenset({"forces", "moments", "pressures", "motions", "initial", "probes"})
+    bears: ClassVar[frozenset[str]] = frozenset({"forces", "moments", "pressures", "gases", "motions", "initial", "probes"})
     what: ClassVar[str] = "shell"
     holds_springs: ClassVar[bool] = True
     has_nodes: ClassVar[bool] = True
@@ -98,6 +136,7 @@ class Shell(Body):
     surface: Surface
     thickness: Annotated[Length, Field(gt=0)]
     material: Material
+    sections: Annotated[tuple[Section, ...], Field(max_length=1000)] = ()
     motion: Literal["in_plane", "free"] = "in_plane"
     cuts: Annotated[tuple[Cut, ...], Field(max_length=2000)] = ()
     self_contact: StrictBool | None = None  # True: its parts meet each other too (T 3.3), which costs a search over all nodes
@@ -109,6 +148,7 @@ class Shell(Body):
     formulation: Formulation | None = None
     raised_inertia: StrictBool | None = None
     every: Annotated[StrictInt, Field(ge=1, le=20)] | None = None
+    patch: Patch | None = None  # particles in a shell of elements
 
     @model_validator(mode="after")
     def _believable(self) -> Shell:
@@ -120,17 +160,32 @@ class Shell(Body):
             raise ValueError(
                 f"motion = 'in_plane' is for bodies parallel to z = 0, and shell '{self.name}' has another normal; set motion = 'free'"
             )
+        for key, law in (("damage", self.material.damage), ("strength.heat", getattr(self.material.strength, "heat", None))):
+            if law is not None and getattr(law, "kind", "heat") in ("concrete", "heat"):
+                raise ValueError(f"material.{key}: '{getattr(law, 'kind', 'heat')}' is a law of solids, and '{self.name}' is a shell")
         if self.motion == "in_plane" and self.material.strength is not None and self.material.strength.layers is not None:
             raise ValueError(f"material.strength.layers: shell '{self.name}' has motion = 'in_plane' and is not bent; leave them out")
+        for number, section in enumerate(self.sections):
+            if section.material is not None and section.material.laws != self.material.laws:
+                raise ValueError(
+                    f"sections[{number}].material has other laws than the shell's own (strength, layers, damage, delay, rupture), which is "
+                    "not possible yet within one shell; let the numbers alone differ: a yield stress that is not reached, or the like"
+                )
+        thickest = max([self.thickness, *(s.thickness for s in self.sections if s.thickness is not None)])
         if isinstance(self.surface, Plate):
-            _fits_a_plate(self, self.surface)
-        elif not isinstance(self.surface, Given) and self.thickness > self.surface.thickest:
+            _fits_a_plate(self, self.surface, thickest)
+        elif not isinstance(self.surface, Given) and thickest > self.surface.thickest:
             what = "half the smallest width" if self.surface.kind == "box" else "the radius"
             raise ValueError(
-                f"thickness {show(self.thickness, 'm')} of shell '{self.name}' is larger than {what} of its "
+                f"thickness {show(thickest, 'm')} of shell '{self.name}' is larger than {what} of its "
                 f"{self.surface.kind} ({show(self.surface.thickest, 'm')})"
             )
         return self
+
+    @property
+    def varied(self) -> bool:
+        """Whether its cells may differ in thickness or material."""
+        return bool(self.sections or getattr(self.surface, "thicknesses", False))
 
     @property
     def meets(self) -> bool:
@@ -146,6 +201,14 @@ class Shell(Body):
         form, own = numerics.formulation, f"{where}." if self.formulation is not None else "numerics."
         if form.kind == "elements":
             self._of_elements(f"{own}formulation", where)
+        if self.patch is not None:
+            self._patched(scene, where, form)
+            if self.varied:
+                raise ValueError(f"{where}.sections: not possible yet beside a patch; leave out sections or patch")
+        if form.kind == "collocation" and self.varied:
+            raise ValueError(f"{where}.sections: not possible yet with {own}formulation '{form.kind}'; use 'galerkin' or 'elements'")
+        if scene.limit is not None and self.varied:
+            raise ValueError(f"{where}.sections: limit is sought of one thickness and one material; leave out limit or sections")
         if form.kind == "collocation" and any(pressure.body == self.name for pressure in scene.pressures):
             raise ValueError(f"pressures: {own}formulation '{form.kind}' has no surface pressure; use 'galerkin', or forces")
         if getattr(form, "selective_shear", False) and (self.material.damage or self.material.strength):
@@ -162,10 +225,42 @@ class Shell(Body):
             why = f"is {show(surface.smallest, 'm')} wide" if surface.kind == "plate" else f"takes at most {show(surface.smallest, 'm')}"
             raise ValueError(f"{key} {show(spacing, 'm')} is larger than the body: {surface.kind} '{self.name}' {why}")
 
+    def _patched(self, scene: Any, where: str, form: Any) -> None:
+        """What a shell of elements with particles in it cannot be yet."""
+        patch = self.patch
+        assert patch is not None
+        if form.kind != "elements":
+            raise ValueError(f"{where}.patch: particles in a shell of elements, and shell '{self.name}' is '{form.kind}'; leave it out")
+        if form.points == 1 and patch.weight != "half":
+            raise ValueError(
+                f"{where}.patch.weight '{patch.weight}' varies over an element, which a single point does not see; use 'half', or 4 points"
+            )
+        if form.shear_bound != patch.formulation.shear_bound:
+            raise ValueError(
+                f"{where}.patch.formulation.shear_bound is {patch.formulation.shear_bound:g} and must be that of the elements, "
+                f"{form.shear_bound:g}"
+            )
+        scene.in_time("particles and elements are tied", f"{where}.patch")
+        if self.every not in (None, 1):
+            raise ValueError(f"{where}.every: elements and particles of shell '{self.name}' take the same steps; leave it out")
+        if self.self_contact:
+            raise ValueError(f"{where}.self_contact: elements and particles of one shell do not meet; leave self_contact or the patch out")
+        for fluid in scene.fluids:
+            if scene.met(self.name, fluid.name).meet:
+                raise ValueError(
+                    f"{where}.patch: fluid '{fluid.name}' would press on elements and particles both, which is not possible yet; "
+                    "leave one of them out"
+                )
+        if any(self.name in spring.between for spring in scene.springs):
+            raise ValueError(f"{where}.patch: springs do not choose between elements and particles of '{self.name}' yet; leave one out")
+        taken = [body.name for body in scene.bodies if body.name.lower() == f"{self.name}{PARTICLES}".lower()]
+        if taken:
+            raise ValueError(f"{scene.key_of(scene.body(taken[0]))}.name: '{taken[0]}' is that of the particles of shell '{self.name}'")
+
     def _of_elements(self, key: str, where: str) -> None:
         """What finite elements cannot do: they do not come apart."""
         what = "finite elements do not rupture"
-        if self.material.critical_damage is not None:
+        if self.material.critical_damage is not None and self.patch is None:
             raise ValueError(
                 f"{where}.material.critical_damage: {what}; leave it out, and damage grows without a crack, or set {key} to 'galerkin'"
             )
@@ -191,12 +286,12 @@ class Shell(Body):
                     _stays_in_plane(f"{key}[{number}]", key, load)
 
 
-def _fits_a_plate(shell: Shell, surface: Plate) -> None:
+def _fits_a_plate(shell: Shell, surface: Plate, thickest: float) -> None:
     """Thickness and cuts against the size of a plate."""
     size = max(surface.length, surface.width)
-    if shell.thickness > size:
+    if thickest > size:
         raise ValueError(
-            f"thickness {show(shell.thickness, 'm')} of shell '{shell.name}' is larger than the plate itself "
+            f"thickness {show(thickest, 'm')} of shell '{shell.name}' is larger than the plate itself "
             f"({show(surface.length, 'm')} x {show(surface.width, 'm')})"
         )
     low = surface.origin if not surface.turned else (0.0, 0.0, 0.0)

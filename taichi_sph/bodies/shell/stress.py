@@ -25,9 +25,8 @@ from ... import runtime
 from ...laws import delay, elastic, mazars
 from ...numerics.reduce import BLOCK
 from ...runtime import ti
-from ..nodal.nodes import body_of
 from . import metal
-from .pool import MaterialPool, StressPoints
+from .pool import MaterialPool, StressPoints, sheet_of
 
 
 @ti.func
@@ -65,7 +64,7 @@ def energy_density(cells: ti.template(), material: ti.template(), s):
         result = metal.stored(cells, material, s)
     else:
         g = cells.strain[s]
-        result = 0.5 * (1.0 - cells.delayed[s]) * g.dot(generalised(material, body_of(cells, s), shear_of(cells, material, s), g))
+        result = 0.5 * (1.0 - cells.delayed[s]) * g.dot(generalised(material, sheet_of(cells, s), shear_of(cells, material, s), g))
     return result
 
 
@@ -85,7 +84,7 @@ def driving_strain(material: ti.template(), b, g: ti.template()):
 @ti.func
 def _damage(cells: ti.template(), material: ti.template(), s, g: ti.template(), r: ti.template(), dt, tally):
     """D_r of cell s after dt at the strains g, whose undamaged resultants are r; Mazars' law."""
-    b = body_of(cells, s)
+    b = sheet_of(cells, s)
     before = cells.delayed[s]
     after = before
     D = mazars.damage(driving_strain(material, b, g), material.threshold[b], material.A[b], material.B[b])
@@ -113,7 +112,7 @@ def answer(cells: ti.template(), material: ti.template(), s, g: ti.template(), d
 
     Advances damage and plastic flow over dt, as `resultants` says.
     """
-    r = generalised(material, body_of(cells, s), shear_of(cells, material, s), g)
+    r = generalised(material, sheet_of(cells, s), shear_of(cells, material, s), g)
     if intact == 0:
         if ti.static(material.yields):
             r = metal.advance(cells, material, s, g, dt, 1 - tally)
@@ -125,7 +124,7 @@ def answer(cells: ti.template(), material: ti.template(), s, g: ti.template(), d
             else:
                 cells.strain[s] = g
         if ti.static(material.breaks):
-            if cells.delayed[s] >= material.critical[body_of(cells, s)] and cells.broken[s] == 0 and dt > 0.0:
+            if cells.delayed[s] >= material.critical[sheet_of(cells, s)] and cells.broken[s] == 0 and dt > 0.0:
                 cells.new[ti.atomic_add(cells.n_new[0], 1)] = s
     return r
 

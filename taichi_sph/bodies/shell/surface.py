@@ -24,7 +24,7 @@ class ShellPoints(Pool):
         super().__init__(name)
         self.nodes, self.cells, mesh = group.nodes, group.cells, group.mesh
         self.begin, self.n = shells[0].nodes.first, sum(body.nodes.n for body in shells)
-        half = np.repeat([0.5 * body.said.thickness for body in shells], [body.nodes.n for body in shells])
+        half = np.concatenate([0.5 * body.thickness for body in shells])
         self.halves = np.unique(half).tolist()
         self.half_of = self.field("half_of", self.n, dtype="f64", unit="m", doc="half the thickness at a point")
         self.turn = self.field(

@@ -28,8 +28,8 @@ from ... import runtime
 from ...numerics.reduce import Reducer
 from ...pool import Pool
 from ...runtime import ti
-from ..nodal.nodes import body_of
-from ..shell.build import Model, bounded_shear, by_cell, cell_spacing, longest_diagonal
+from ..shell.build import Model, bounded_shear, cell_widths, longest_diagonal, spread_over_cells, weighed
+from ..shell.pool import sheet_of
 from ..shell.stress import answer, of_sound_cells, shear_of
 from .shapes import reference
 
@@ -66,7 +66,7 @@ class Elements(Pool):
         slopes = at.slopes.astype(real)
         runtime.put(self.slope_1, np.ascontiguousarray(slopes[:, 0]))
         runtime.put(self.slope_2, np.ascontiguousarray(slopes[:, 1]))
-        runtime.put(self.points.area, at.areas)
+        runtime.put(self.points.area, weighed(bodies, at.areas))
         # of the rounded slopes, so that a rigid motion strains nothing
         each = np.repeat(X, points, axis=0)
         tangents = np.einsum("sak,ski->sai", slopes.astype(np.float64), each)
@@ -84,9 +84,10 @@ class Elements(Pool):
             runtime.put(self.points.director_1, np.ascontiguousarray(directors[:, 0]))
             runtime.put(self.points.director_2, np.ascontiguousarray(directors[:, 1]))
             constants = list(zip(*(self.material.numbers(key) for key in ("thickness", "young", "poisson"))))
-            shear = bounded_shear(bodies, by_cell, constants, cell_spacing(mesh))
+            shear = bounded_shear(bodies, spread_over_cells, constants, cell_widths(bodies, mesh))
             runtime.put(self.points.shear, np.repeat(shear, points))
         if self.holds:
+            at.held *= weighed(bodies, at.areas).reshape(m, -1).sum(axis=1) / at.areas.reshape(m, -1).sum(axis=1)
             self._hold(at, X, mesh.node_normals[corner], real)
 
     def _hold(self, at: Any, X: np.ndarray, N: np.ndarray, real: type) -> None:
@@ -271,7 +272,7 @@ def _element(term: ti.template(), e, dt, intact, tally):
 @ti.func
 def _held(term: ti.template(), e, s, q: ti.template(), dt, intact):
     """Forces [N m] of element e that work on its changes q, and its books."""
-    b = body_of(term.points, s)
+    b = sheet_of(term.points, s)
     young, thickness = term.material.young[b], term.material.thickness[b]
     K = q * 0.0
     for k in ti.static(range(2)):

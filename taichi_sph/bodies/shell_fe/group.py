@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from .tangent import Tangent
 
 def groups(scene: Scene, others: Sequence[Group] = (), own: Sequence[Shell] = ()) -> list[ElementShells]:
     """The groups of the scene's shells of finite elements: one for each set of laws. own: shells of every form; `alike` chooses."""
-    return [ElementShells(scene, shells, suffix) for suffix, shells in alike(scene, "shell_fe")]
+    return [ElementShells(scene, some, suffix) for suffix, some in alike(scene, "shell_fe")]
 
 
 class ElementShells(ShellGroup):
@@ -38,7 +39,14 @@ class ElementShells(ShellGroup):
         return Tangent(self) if runtime.current().real == runtime.ti.f64 else None
 
     def pressed_by(self, pressed: Sequence[Pressed]) -> CornerPressures:
-        return CornerPressures(pressed, self.internal, f"pressure{self.suffix}")
+        """In an overlap an element bears the share of the pressure that it counts: one pressure for each weight."""
+        weights = np.concatenate([np.ones(b.cells.n) if b.weights is None else b.weights.mean(axis=1) for b in self.shells])
+        each = [
+            replace(one, cells=one.cells[weights[one.cells] == w], value=w * one.value)
+            for one in pressed
+            for w in np.unique(weights[one.cells])
+        ]
+        return CornerPressures(each, self.internal, f"pressure{self.suffix}")
 
     def of_cells(self) -> dict[str, np.ndarray]:
         """Means over the points of an element, weighted by their areas."""

@@ -21,8 +21,8 @@ class CornerPressures(SurfacePressures):
         super().__init__(pressed, internal.cells, name, each=4)
         self.internal = internal
 
-    def act(self, n: int, row: int, pressure: float, follower: int, book: int, push: int) -> None:
-        _press(self, self.internal, n, row, pressure, follower, book, push)
+    def act(self, n: int, row: int, pressure: float, book: int, push: int) -> None:
+        _press(self, self.internal, n, row, pressure, book, push)
 
 
 @ti.func
@@ -58,14 +58,14 @@ def _press(
     n: ti.i32,
     row: ti.i32,
     p: float,
-    follower: ti.i32,
     book: ti.i32,
     push: ti.i32,
 ):
     for m in range(n):
         q = row + m
         e = load.cell[q]
-        area = _face(term, e, follower)
+        follows = load.follows[q]
+        area = _face(term, e, follows)
         for k in range(term.cells.n_corners[e]):
             force = ti.Vector([0.0 * p, 0.0, 0.0])
             for j in ti.static(range(4)):

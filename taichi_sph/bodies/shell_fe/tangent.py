@@ -67,8 +67,8 @@ class Tangent:
         self.corner = runtime.get(term.corner, m)
         self.slopes = np.stack([read(f, m * per).reshape(m, per, 4) for f in (term.slope_1, term.slope_2)], axis=2)
         self.area = read(points.area, m * per).reshape(m, per)
-        body = runtime.get(points.body, m * per).reshape(m, per)[:, 0]
-        young, nu, e = (np.array(group.material.numbers(key))[body] for key in ("young", "poisson", "thickness"))
+        sheet = runtime.get(points.sheet, m * per).reshape(m, per)[:, 0]
+        young, nu, e = (np.array(group.material.numbers(key))[sheet] for key in ("young", "poisson", "thickness"))
         plane = np.zeros((m, 3, 3))
         plane[:, 0, 0] = plane[:, 1, 1] = 1.0
         plane[:, 0, 1] = plane[:, 1, 0] = nu

@@ -11,6 +11,7 @@ The divergence is not the transpose of the strain. Therefore the form does not c
 costs, and viscosity and filters keep the motion calm.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,9 +21,9 @@ from ...geometry.mesh import SurfaceMesh, tangent_frames
 from ...numerics.reduce import Reducer
 from ...pool import Pool
 from ...runtime import ti
-from ..shell.build import Model, bounded_shear, by_cell, by_node, cell_spacing, centred, longest_diagonal
+from ..shell.build import Model, bounded_shear, by_cell, by_node, cell_spacing, centred, longest_diagonal, spread_over_cells
 from ..shell.stress import of_sound_cells, resultants
-from .links import Links
+from .links import Links, Rows, Sources
 from .selective import SelectiveShear, node_shears, shear_at, shear_dead, take_shear
 from .slits import slits
 from .voids import voids
@@ -45,47 +46,14 @@ class Collocation(Pool):
         forms: list[Any] = [body.numerics.formulation for body in bodies]
         self.reach = 4.0 * forms[0].support * float(mesh.node_spacing.max()) + longest_diagonal(mesh)
         supports, numbers = [form.support for form in forms], np.arange(len(bodies))
-        of_nodes = nodes.body if nodes.several else None
         frames = tangent_frames(mesh.node_normals)
-        at_cells = {
-            "sources": nodes.X,
-            "n_sources": nodes.n,
-            "dead_source": nodes.fragment,
-            "points": np.repeat(mesh.centres[:, None], 2, axis=1),
-            "n_points": np.ones(cells.n),
-            "frames": mesh.frames,
-            "h": by_cell(bodies, supports) * cell_spacing(mesh),
-            "source_body": of_nodes,
-            "body": by_cell(bodies, numbers),
-        }
-        at_nodes = {
-            "points": np.repeat(mesh.points[:, None], 2, axis=1),
-            "n_points": np.ones(nodes.n),
-            "frames": frames,
-            "h": by_node(bodies, supports) * local,
-            "body": by_node(bodies, numbers),
-        }
-        self.strains = Links(f"{name}.strains", **at_cells, order=np.ones(cells.n), gradient=True)
-        self.divergence = Links(
-            f"{name}.divergence",
-            sources=cells.centre,
-            n_sources=cells.n,
-            dead_source=cells.broken,
-            source_body=cells.body if nodes.several else None,
-            **at_nodes,
-            order=np.ones(nodes.n),
-            gradient=True,
-            values=self.bends,
-        )
-        self.pairs = Links(
-            f"{name}.pairs",
-            sources=nodes.X,
-            n_sources=nodes.n,
-            dead_source=nodes.fragment,
-            source_body=of_nodes,
-            **at_nodes,
-            order=np.zeros(nodes.n),
-        )
+        of_nodes = Sources(nodes.X, nodes.n, nodes.fragment, nodes.body if nodes.several else None)
+        of_cells = Sources(cells.centre, cells.n, cells.broken, cells.body if nodes.several else None)
+        at_cells = Rows.at(mesh.centres, mesh.frames, by_cell(bodies, supports) * cell_spacing(mesh), 1, by_cell(bodies, numbers))
+        at_nodes = Rows.at(mesh.points, frames, by_node(bodies, supports) * local, 1, by_node(bodies, numbers))
+        self.strains = Links(f"{name}.strains", of_nodes, at_cells, gradient=True)
+        self.divergence = Links(f"{name}.divergence", of_cells, at_nodes, gradient=True, values=self.bends)
+        self.pairs = Links(f"{name}.pairs", of_nodes, replace(at_nodes, order=0))
         self.links: tuple[Links, ...] = (self.strains, self.divergence, self.pairs)
         self.area = self.field("area", nodes.n, unit="m2", doc="that a node owns")
         self.n1 = self.field("n1", cells.n, nodes.dim, unit="N/m", doc="n^1 of the cells")
@@ -95,7 +63,7 @@ class Collocation(Pool):
         edge[mesh.edges.nodes[mesh.edges.sides[:, 1] < 0]] = 1
         runtime.put(self.divergence.own, edge)
         if self.bends:
-            self.directors = Links(f"{name}.directors", **at_cells, order=np.full(cells.n, 2))
+            self.directors = Links(f"{name}.directors", of_nodes, replace(at_cells, order=2))
             self.links += (self.directors,)
             self.m1 = self.field("m1", cells.n, 3, unit="N", doc="m^1 of the cells")
             self.m2 = self.field("m2", cells.n, 3, unit="N", doc="m^2 of the cells")
@@ -106,20 +74,20 @@ class Collocation(Pool):
             runtime.put(self.t1, np.ascontiguousarray(frames[:, 0]))
             runtime.put(self.t2, np.ascontiguousarray(frames[:, 1]))
             constants = list(zip(*(material.numbers(key) for key in ("thickness", "young", "poisson"))))
-            runtime.put(cells.shear, bounded_shear(bodies, by_cell, constants, cell_spacing(mesh)))
+            runtime.put(cells.shear, bounded_shear(bodies, spread_over_cells, constants, cell_spacing(mesh)))
         self.selects = self.bends and forms[0].selective_shear
         if self.selects:
             self.shear = SelectiveShear(model, at_nodes, self.divergence.own, f"selective{suffix}")
             self.links += self.shear.links
         numbers_of_nodes = runtime.get(nodes.body, nodes.n) if nodes.several else None
         longest = float((2.0 * by_node(bodies, supports) * local).max())
-        of_cells = (self.strains, self.directors) if self.bends else (self.strains,)
+        strained = (self.strains, self.directors) if self.bends else (self.strains,)
         for hiding in (slits(mesh, numbers_of_nodes), voids(mesh, longest, numbers_of_nodes)):
             if hiding is None:
                 continue
             both = np.concatenate([hiding.nodes, hiding.centres])
             for links in self.links:
-                rows = hiding.centres if links in of_cells else hiding.nodes
+                rows = hiding.centres if links in strained else hiding.nodes
                 seen = hiding.centres if links is self.divergence else both if links.n_sources == len(both) else hiding.nodes
                 hiding.hide(links, np.repeat(rows[:, None], 2, axis=1), seen)
         for links in self.links:

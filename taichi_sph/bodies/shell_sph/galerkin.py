@@ -41,11 +41,21 @@ from ...geometry.mesh import SurfaceMesh, tangent_frames
 from ...numerics.reduce import Reducer
 from ...pool import Pool
 from ...runtime import ti
-from ..shell.build import Model, bounded_shear, by_cell, by_node, cell_spacing, longest_diagonal
+from ..shell.build import (
+    Model,
+    bounded_shear,
+    by_node,
+    cell_widths,
+    longest_diagonal,
+    quarters,
+    spread_over_cells,
+    spread_over_nodes,
+    weighed,
+)
 from ..shell.stress import of_sound_cells, resultants
 from .bearing import bearing
 from .galerkin_reference import references, references_touched, shares, sides, turns, turns_touched
-from .links import Links
+from .links import Links, Rows, Sources
 from .slits import slits
 from .voids import voids
 
@@ -81,18 +91,17 @@ class Galerkin(Pool):
         first_ends = edges.nodes[:, 0]
         self.rows = Links(
             f"{name}.rows",
-            sources=nodes.X,
-            n_sources=n,
-            dead_source=nodes.fragment,
-            points=points,
-            n_points=np.r_[np.full(self.n_edges, 2), np.full(n, 1)],
-            frames=tangent_frames(normals / np.linalg.norm(normals, axis=1)[:, None]),
-            h=np.concatenate([support[first_ends], support]) * spacing,
-            order=np.full(self.n_edges + n, 2),
-            residual_of=np.r_[np.full(self.n_edges, -1), np.arange(n)],
+            Sources(nodes.X, n, nodes.fragment, nodes.body if nodes.several else None),
+            Rows(
+                points=points,
+                n_points=np.r_[np.full(self.n_edges, 2), np.full(n, 1)],
+                frames=tangent_frames(normals / np.linalg.norm(normals, axis=1)[:, None]),
+                h=np.concatenate([support[first_ends], support]) * spacing,
+                order=2,
+                body=np.concatenate([body_of_row[first_ends], body_of_row]),
+                residual_of=np.r_[np.full(self.n_edges, -1), np.arange(n)],
+            ),
             transposed=True,
-            source_body=nodes.body if nodes.several else None,
-            body=np.concatenate([body_of_row[first_ends], body_of_row]),
         )
         self.links = (self.rows,)
         self.edge_u = self.field("edge_u", self.n_edges, nodes.dim, unit="m", doc="mean displacement of an edge")
@@ -104,16 +113,18 @@ class Galerkin(Pool):
         self.residual = self.field("residual", n, unit="J", doc="energy of the residuals", keeps=True)
         self.residual_lost = self.field("residual_lost", n, unit="J", doc="taken from the residuals by damage", keeps=True)
         constants = list(zip(*(material.numbers(key) for key in ("thickness", "young", "poisson"))))
-        membrane = by_node(bodies, [young * e / (1.0 - nu**2) for e, young, nu in constants])
-        scale = by_node(bodies, [form.stabilisation for form in forms]) * mesh.node_areas / local**2
+        membrane = spread_over_nodes(bodies, [young * e / (1.0 - nu**2) for e, young, nu in constants])
+        scale = by_node(bodies, [form.stabilisation for form in forms]) * quarters(bodies) / local**2
         runtime.put(self.stiffness, membrane * scale)
         runtime.put(self.integrity, np.ones(n))
         if material.yields:
             self.slip = self.field("slip", n, 4, doc="sqrt(J) for u and for d: q now, and the slip rho", keeps=True)
             self.slipped = self.field("slipped", n, dtype="f64", unit="J", doc="taken from the residuals by slip", keeps=True)
             self.reach = self.field("reach", n, doc="sqrt(J)/Pa, q_y over sigma_y")
-            across = by_node(bodies, [1.0 - nu**2 for _, _, nu in constants])
-            runtime.put(self.reach, np.sqrt(membrane * scale) * local * across / by_node(bodies, [young for _, young, _ in constants]))
+            across = spread_over_nodes(bodies, [1.0 - nu**2 for _, _, nu in constants])
+            runtime.put(
+                self.reach, np.sqrt(membrane * scale) * local * across / spread_over_nodes(bodies, [young for _, young, _ in constants])
+            )
         if self.bends:
             self.edge_d = self.field("edge_d", self.n_edges, 3, doc="mean director change of an edge")
             self.row_couple = self.field("row_couple", self.n_edges + n, 3, unit="N m", doc="as row_force, on directors")
@@ -128,9 +139,9 @@ class Galerkin(Pool):
             self.across = self.field("across", n, dtype="f64", doc="|t_i|")
             self.side0 = self.field("side0", 4 * cells.n, 2, unit="1/m", doc="g before it is made orthonormal")
             self.area0 = self.field("area0", cells.n, unit="m2", doc="area before the tangents are made orthonormal")
-            runtime.put(cells.shear, bounded_shear(bodies, by_cell, constants, cell_spacing(mesh)))
-            runtime.put(self.stiffness_n, bounded_shear(bodies, by_node, constants, local, scale))
-            runtime.put(self.stiffness_d, scale * membrane * by_node(bodies, [e**2 for e, _, _ in constants]) / 12.0)
+            runtime.put(cells.shear, bounded_shear(bodies, spread_over_cells, constants, cell_widths(bodies, mesh)))
+            runtime.put(self.stiffness_n, bounded_shear(bodies, spread_over_nodes, constants, local, scale))
+            runtime.put(self.stiffness_d, scale * membrane * spread_over_nodes(bodies, [e**2 for e, _, _ in constants]) / 12.0)
         of_nodes = runtime.get(nodes.body, n) if nodes.several else None
         longest = float((2.0 * support * local).max())
         for hiding in (slits(mesh, of_nodes), voids(mesh, longest, of_nodes)):
@@ -138,11 +149,11 @@ class Galerkin(Pool):
                 seen = np.concatenate([points[: self.n_edges] + hiding.edge_moves[:, None], np.repeat(hiding.nodes[:, None], 2, axis=1)])
                 hiding.hide(self.rows, seen, hiding.nodes)
         self.rows.renew_all()
-        self._reference(mesh)
+        self._reference(mesh, weighed(bodies, mesh.areas))
 
-    def _reference(self, mesh: SurfaceMesh) -> None:
-        """Tangents, areas, directors and side coefficients of the reference, by the operator itself."""
-        gradients, areas = sides(mesh)
+    def _reference(self, mesh: SurfaceMesh, areas: np.ndarray) -> None:
+        """Tangents, areas, directors and side coefficients of the reference, by the operator itself. areas (M,): of the cells, weighed."""
+        gradients, _ = sides(mesh)
         runtime.put(self.side, gradients.reshape(-1, 2))
         runtime.put(self.cells.area, areas)
         self.turns = False
@@ -163,13 +174,14 @@ class Galerkin(Pool):
             self.t_turn = self.field("t_turn", self.rows.pairs, unit="1/m", doc="b_ij of the transposed pairs")
             turns(self, self.n_edges, self.nodes.n)
 
-    def areas(self, mesh: SurfaceMesh) -> np.ndarray:
-        """(N,) what a pressure of one on all cells gives each node [m2] (bearing.py). Total and centre of each cell are kept, for the rows
-        reproduce linear fields."""
+    def areas(self, mesh: SurfaceMesh, of_cells: np.ndarray | None = None) -> np.ndarray:
+        """(N,) what a pressure of one, or of of_cells (M,), on all cells gives each node [m2] (bearing.py). Total and centre of each cell
+        are kept, for the rows reproduce linear fields."""
         import scipy.sparse
 
         there = mesh.edges.cell_edges >= 0
-        of_sides = (mesh.areas[:, None] * bearing(mesh))[there]
+        areas = mesh.areas if of_cells is None else mesh.areas * of_cells
+        of_sides = (areas[:, None] * bearing(mesh))[there]
         of_edges = np.bincount(mesh.edges.cell_edges[there], of_sides, minlength=self.n_edges)
         coef, source = (runtime.get(field, self.rows.pairs) for field in (self.rows.coef, self.rows.source))
         start = runtime.get(self.rows.start, self.rows.n + 1)
@@ -448,7 +460,7 @@ def _break_blind(rows: ti.template(), cells: ti.template(), n_edges: ti.i32, n_t
     for m in range(n_touched):
         r = rows.touched[m]
         if r < n_edges and rows.alive[r] == 0:
-            for k in range(2):
+            for k in ti.static(range(2)):
                 side = cells.sides[r][k]
                 if side >= 0 and cells.broken[side // 4] == 0:
                     if ti.atomic_max(cells.broken[side // 4], 1) == 0:

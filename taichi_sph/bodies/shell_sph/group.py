@@ -15,6 +15,7 @@ from ...scene.schema import Scene
 from ..body import Entries, Group, Now
 from ..shell.build import Model, alike
 from ..shell.group import ShellGroup
+from ..shell.parts import Part
 from ..shell.pressure import BOOK, START, Pressed
 from ..shell.said import Shell
 from .bearing import kept_positive
@@ -33,14 +34,14 @@ def groups(scene: Scene, others: Sequence[Group] = (), own: Sequence[Shell] = ()
     """The groups of the scene's shells of particles: one for each set of laws. The pools of the second are called "nodes_2" and so on.
 
     own: shells of every form; `alike` chooses."""
-    return [ParticleShells(scene, shells, suffix) for suffix, shells in alike(scene, "shell_sph")]
+    return [ParticleShells(scene, some, suffix) for suffix, some in alike(scene, "shell_sph")]
 
 
 class ParticleShells(ShellGroup):
     """Shells of particles of the same laws. terms: what takes energy to keep the collocation form calm; rupture: its events."""
 
-    def __init__(self, scene: Scene, shells: list[Shell], suffix: str = ""):
-        super().__init__(scene, shells, suffix)
+    def __init__(self, scene: Scene, some: list[Part], suffix: str = ""):
+        super().__init__(scene, some, suffix)
         self.terms = self._dampers() if isinstance(self.internal, Collocation) else []
         self.rupture = Rupture(self, f"rupture{suffix}")
         cut = [body.cells.first + cells_cut(body.mesh, c.start, c.end) for body in self.shells for c in body.said.cuts]
@@ -80,12 +81,14 @@ class ParticleShells(ShellGroup):
         assert isinstance(self.internal, Galerkin)  # no other form bears a pressure
         return SidePressures(pressed, self.internal, self.cells, f"pressure{self.suffix}")
 
-    def areas_of_nodes(self) -> np.ndarray:
-        """Where the shell bends, what pressures come with. In its plane nothing pushes by cells: quarters do."""
-        if not (isinstance(self.internal, Galerkin) and self.nodes.bends):
-            return super().areas_of_nodes()
-        found = self.internal.areas(self.mesh)
-        return np.concatenate([kept_positive(found[body.nodes.rows], body.mesh.node_areas) for body in self.shells])
+    def areas_of_nodes(self, of_cells: np.ndarray | None = None) -> np.ndarray:
+        """Where the shell bends, what pressures come with. In its plane nothing pushes by cells, and the border of a patch is no rim:
+        quarters do."""
+        own = super().areas_of_nodes(of_cells)
+        if not (isinstance(self.internal, Galerkin) and self.nodes.bends) or self.shells[0].split is not None:
+            return own
+        found = self.internal.areas(self.mesh, of_cells)
+        return np.concatenate([kept_positive(found[body.nodes.rows], own[body.nodes.rows]) for body in self.shells])
 
     def stiffness(self) -> Tangent | None:
         able = isinstance(self.internal, Galerkin) and runtime.current().real == runtime.ti.f64

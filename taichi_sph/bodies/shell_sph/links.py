@@ -12,6 +12,7 @@ those that lean on one across a void (voids.py). The MLS of the touched rows is 
 gather what the rows send back, in a fixed order and without atomics.
 """
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,56 +26,69 @@ from ...pool import Pool
 from ...runtime import ti
 
 
+@dataclass(frozen=True)
+class Sources:
+    """What rows sum over, S of them."""
+
+    X: Any  # field (S, 3) f64: reference positions
+    n: int
+    dead: Any  # field (S,) i32: 1 = takes part in nothing any more
+    body: Any = None  # field (S,) i32: number of its body; None: there is one body
+    weight: Any = None  # field (S,): factor on the kernel weight; None: 1
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Where something is evaluated, R places."""
+
+    points: np.ndarray  # (R, 2, 3) evaluation points; the second repeats the first where there is one
+    n_points: np.ndarray  # (R,) 1 or 2
+    frames: np.ndarray  # (R, 3, 3) rows t1, t2, n
+    h: np.ndarray  # (R,) smoothing length [m]
+    order: Any  # (R,) 0, 1 or 2; one number: that of all
+    body: np.ndarray | None = None  # (R,) number of the body
+    residual_of: np.ndarray | None = None  # (R,) source whose residual this row is, or -1
+
+    @staticmethod
+    def at(places: np.ndarray, frames: np.ndarray, h: np.ndarray, order: int, body: np.ndarray) -> "Rows":
+        """Rows of one point each."""
+        return Rows(np.repeat(places[:, None], 2, axis=1), np.ones(len(places)), frames, h, order, body)
+
+
 class Links(Pool):
     """CSR neighbourhoods. Public fields: start (R+1), source (P), coef (P) or (P, 2 or 3), alive (R)
     and, where `transposed`, t_start (S+1), t_row (P), t_coef (P)."""
 
     def __init__(
-        self,
-        name: str,
-        *,
-        sources: Any,  # field (S, 3) f64: reference positions of the sources
-        n_sources: int,
-        dead_source: Any,  # field (S,) i32: 1 = takes part in nothing any more
-        points: np.ndarray,  # (R, 2, 3) evaluation points; the second repeats the first where there is one
-        n_points: np.ndarray,  # (R,) 1 or 2
-        frames: np.ndarray,  # (R, 3, 3) rows t1, t2, n
-        h: np.ndarray,  # (R,) smoothing length [m]
-        order: np.ndarray,  # (R,) 0, 1 or 2
-        residual_of: np.ndarray | None = None,  # (R,) source whose residual this row is, or -1
-        gradient: bool = False,
-        values: bool = False,
-        weight: Any = None,  # field (S,): factor on the kernel weight of each source; None: 1
-        transposed: bool = False,
-        source_body: Any = None,  # field (S,) i32: number of the body of a source; None: there is one body
-        body: np.ndarray | None = None,  # (R,) that of a row
-    ):
+        self, name: str, sources: Sources, rows: Rows, *, gradient: bool = False, values: bool = False, transposed: bool = False
+    ) -> None:
         super().__init__(name)
+        points, h, n_sources = rows.points, rows.h, sources.n
         self.n = len(points)
         self.n_sources = n_sources
-        self.sources = sources
-        self.dead_source = dead_source
+        self.sources = sources.X
+        self.dead_source = sources.dead
         self.gradient, self.values = gradient, values
-        self.weighs = weight is not None
-        self.weight = weight
+        self.weighs = sources.weight is not None
+        self.weight = sources.weight
         self.transposed = transposed
         self.leans = False
-        self.several = source_body is not None
-        self.source_body = source_body
-        if body is not None and self.several:
-            self.body = self._ints("body", body, "number of the body of the row")
+        self.several = sources.body is not None
+        self.source_body = sources.body
+        if rows.body is not None and self.several:
+            self.body = self._ints("body", rows.body, "number of the body of the row")
         n = self.n
         self.at = self.field("at", 2 * n, 3, "f64", unit="m", doc="evaluation points, two a row")
         runtime.put(self.at, np.ascontiguousarray(points.reshape(-1, 3)))
         self.t1 = self.field("t1", n, 3, "f64", doc="tangent frame of the row")
         self.t2 = self.field("t2", n, 3, "f64", doc="tangent frame of the row")
-        runtime.put(self.t1, np.ascontiguousarray(frames[:, 0]))
-        runtime.put(self.t2, np.ascontiguousarray(frames[:, 1]))
+        runtime.put(self.t1, np.ascontiguousarray(rows.frames[:, 0]))
+        runtime.put(self.t2, np.ascontiguousarray(rows.frames[:, 1]))
         self.h = self.field("h", n, dtype="f64", unit="m", doc="smoothing length")
         runtime.put(self.h, h.astype(np.float64))
-        self.n_points = self._ints("n_points", n_points, "evaluation points, 1 or 2")
-        self.order = self._ints("order", order, "of the fit")
-        self.residual_of = self._ints("residual_of", np.full(n, -1) if residual_of is None else residual_of, "source, or -1")
+        self.n_points = self._ints("n_points", rows.n_points, "evaluation points, 1 or 2")
+        self.order = self._ints("order", np.broadcast_to(rows.order, n), "of the fit")
+        self.residual_of = self._ints("residual_of", np.full(n, -1) if rows.residual_of is None else rows.residual_of, "source, or -1")
         self.own = self._ints("own", np.zeros(n), "1: the row's own place joins its moment matrix (T 2.2.3.2)", keeps=True)
         self.alive = self._ints("alive", np.ones(n), "0: the row sees nothing any more")
         self.touched = self.field("touched", n, dtype="i32", doc="rows that the last rupture touched")
@@ -82,7 +96,7 @@ class Links(Pool):
         self.start = self.field("start", n + 1, dtype="i32", doc="where the pairs of a row begin")
 
         reach = 2.0 * float(h.max()) + 0.5 * float(np.linalg.norm(points[:, 1] - points[:, 0], axis=1).max(initial=0))
-        grid = CellGrid(f"{name}.grid", sources, n_sources, reach * (1 + 1e-9))
+        grid = CellGrid(f"{name}.grid", sources.X, n_sources, reach * (1 + 1e-9))
         pairs = int(_count(self, grid, n, grid.table, 1.0 / grid.reach))
         self.pairs = pairs
         self.source = self.field("source", pairs, dtype="i32", doc="source of a pair")
@@ -120,9 +134,9 @@ class Links(Pool):
 
     def cut_through(self, cells: Any, new_cells: Any, n_new: int) -> int:
         """Cut what newly broken cells hide, and what leads to dead sources; returns the rows touched."""
-        self.n_touched[0] = 0
+        runtime.fill(self.n_touched, 0)
         _cut(self, cells, self.n, new_cells, n_new)
-        return int(self.n_touched[0])
+        return int(runtime.get(self.n_touched, 1)[0])
 
     def renew_touched(self, n_touched: int) -> None:
         """MLS of the rows that `cut_through` touched."""

@@ -19,38 +19,36 @@ class SidePressures(SurfacePressures):
         super().__init__(pressed, cells, name)
         self.internal = internal
 
-    def act(self, n: int, row: int, pressure: float, follower: int, book: int, push: int) -> None:
-        _press(self, self.internal, self.cells, n, row, pressure, follower, book, push)
+    def act(self, n: int, row: int, pressure: float, book: int, push: int) -> None:
+        _press(self, self.internal, n, row, pressure, book, push)
 
 
 @ti.kernel
 def _press(
     load: ti.template(),
     term: ti.template(),
-    cells: ti.template(),
     n: ti.i32,
     row: ti.i32,
     p: float,
-    follower: ti.i32,
     book: ti.i32,
     push: ti.i32,
 ):
     for m in range(n):
         q = row + m
         s = load.cell[q]
-        if cells.broken[s] == 0:
-            x1, x2 = cells.a1[s], cells.a2[s]
+        if term.cells.broken[s] == 0:
+            x1, x2 = term.cells.a1[s], term.cells.a2[s]
             place = x1 * 0.0
-            for k in range(cells.n_corners[s]):
-                u = term.edge_u[cells.edge[s][k]]
+            for k in range(term.cells.n_corners[s]):
+                u = term.edge_u[term.cells.edge[s][k]]
                 place += term.bears[4 * s + k] * u
-                if follower == 1:
+                if load.follows[q] == 1:
                     g = term.side[4 * s + k]
                     x1 += g[0] * u
                     x2 += g[1] * u
-            force = p * cells.area[s] * x1.cross(x2)
+            force = p * term.cells.area[s] * x1.cross(x2)
             if push == 1:
-                for k in range(cells.n_corners[s]):
+                for k in range(term.cells.n_corners[s]):
                     term.side_force[4 * s + k] += term.bears[4 * s + k] * force
             if book == BOOK:
                 load.work[q] += 0.5 * (force + load.force[q]).dot(place - load.place[q])

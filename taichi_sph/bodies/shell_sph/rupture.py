@@ -41,7 +41,7 @@ class Rupture(Pool):
         group = self.group
         if not group.material.breaks:
             return False
-        n_new = int(group.cells.n_new[0])
+        n_new = int(runtime.get(group.cells.n_new, 1)[0])
         if n_new == 0:
             return False
         if group.pressures is not None:
@@ -61,12 +61,12 @@ class Rupture(Pool):
             self.fragments += _break(cells, nodes, n_new, time)
             group.internal.drop(n_new)
             touched = [(links, links.cut_through(cells, cells.new, n_new)) for links in group.internal.links]
-            cells.n_new[0] = 0
+            runtime.fill(cells.n_new, 0)
             for links, n_touched in touched:
                 links.renew_touched(n_touched)
                 group.internal.restrain(links, n_touched)
-            n_new = int(cells.n_new[0])
-        cells.n_new[0] = 0
+            n_new = int(runtime.get(cells.n_new, 1)[0])
+        runtime.fill(cells.n_new, 0)
 
     def cut(self, numbers: np.ndarray) -> None:
         """Pre-cracks and notches: break these cells before anything moves."""
@@ -78,20 +78,19 @@ class Rupture(Pool):
 
 @ti.kernel
 def _break(cells: ti.template(), nodes: ti.template(), n_new: ti.i32, time: ti.f64) -> ti.i32:
+    for m in range(n_new):
+        cells.broken[cells.new[m]] = 1
+        cells.rupture_time[cells.new[m]] = time
     fragments = 0
-    ti.loop_config(serialize=True)
-    for _ in range(1):
-        for m in range(n_new):
-            cells.broken[cells.new[m]] = 1
-        for m in range(n_new):
-            s = cells.new[m]
-            cells.rupture_time[s] = time
-            for k in range(cells.n_corners[s]):
+    for m in range(n_new):
+        s = cells.new[m]
+        for k in ti.static(range(4)):  # no atomic within a loop of the device (CONTRIBUTING.md, Vulkan)
+            if k < cells.n_corners[s]:
                 i = cells.corner[s][k]
                 alive = 0
                 for q in range(cells.start_of_node[i], cells.start_of_node[i + 1]):
                     alive += 1 - cells.broken[cells.of_node[q]]
-                if alive == 0 and nodes.fragment[i] == 0:
-                    nodes.fragment[i] = 1
-                    fragments += 1
+                if alive == 0:
+                    if ti.atomic_max(nodes.fragment[i], 1) == 0:  # the first of the cells that the node loses counts it
+                        fragments += 1
     return fragments

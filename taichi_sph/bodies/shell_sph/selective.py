@@ -23,7 +23,7 @@ from ... import runtime
 from ...pool import Pool
 from ...runtime import ti
 from ..shell.build import Model, by_cell, by_node, centred
-from .links import Links
+from .links import Links, Rows, Sources
 
 K, EXPONENT = 1e-2, 2  # T 2.55
 
@@ -31,7 +31,7 @@ K, EXPONENT = 1e-2, 2  # T 2.55
 class SelectiveShear(Pool):
     """Owns the neighbourhoods of the shear; the collocation form calls it where it would use its own."""
 
-    def __init__(self, model: Model, at_nodes: dict[str, Any], own: Any, name: str):
+    def __init__(self, model: Model, at_nodes: Rows, own: Any, name: str):
         super().__init__(name)
         mesh, bodies = model.mesh, model.bodies
         self.bodies = bodies
@@ -48,27 +48,9 @@ class SelectiveShear(Pool):
         if nodes.several:
             both = self.field("body", n + m, dtype="i32", doc="number of the body, of nodes, then cells")
             runtime.put(both, np.r_[runtime.get(nodes.body, n), runtime.get(cells.body, m)])
-        self.strains = Links(
-            f"{name}.strains",
-            sources=nodes.X,
-            n_sources=n,
-            dead_source=nodes.fragment,
-            source_body=nodes.body if nodes.several else None,
-            **at_nodes,
-            order=np.ones(n),
-            gradient=True,
-        )
-        self.divergence = Links(
-            f"{name}.divergence",
-            sources=self.X,
-            n_sources=n + m,
-            dead_source=self.dead,
-            source_body=both,
-            **at_nodes,
-            order=np.ones(n),
-            gradient=True,
-            weight=self.factor,
-        )
+        of_nodes = Sources(nodes.X, n, nodes.fragment, nodes.body if nodes.several else None)
+        self.strains = Links(f"{name}.strains", of_nodes, at_nodes, gradient=True)
+        self.divergence = Links(f"{name}.divergence", Sources(self.X, n + m, self.dead, both, self.factor), at_nodes, gradient=True)
         self.links = (self.strains, self.divergence)
         self.a1 = self.field("a1", n, 3, doc="X_,1 at the nodes, by the operator itself")
         self.a2 = self.field("a2", n, 3, doc="X_,2 at the nodes")

@@ -80,8 +80,8 @@ class Tangent:
         self.side = get(term.side, 4 * m).astype(np.float64).reshape(m, 4, 2) * there[:, :, None]
         self.area = get(cells.area, m).astype(np.float64) * (get(cells.broken, m) == 0)
         self.a = np.stack([get(cells.a1, m), get(cells.a2, m)], axis=1).astype(np.float64)
-        body = get(cells.body, m)
-        young, nu, e = (np.array(self.group.material.numbers(key))[body] for key in ("young", "poisson", "thickness"))
+        sheet = get(cells.sheet, m)
+        young, nu, e = (np.array(self.group.material.numbers(key))[sheet] for key in ("young", "poisson", "thickness"))
         plane = np.zeros((m, 3, 3))
         plane[:, 0, 0] = plane[:, 1, 1] = 1.0
         plane[:, 0, 1] = plane[:, 1, 0] = nu

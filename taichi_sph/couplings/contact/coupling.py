@@ -13,41 +13,42 @@ from ...scene.schema import Scene
 from ..coupling import Coupling
 from ..ports import Port
 from .multipliers import Contact
-from .pairs import Table
+from .pairs import Meetings, Table
 from .said import Meeting, PinballContact
 
 
 def couplings(scene: Scene, groups: Sequence[Group], own: Sequence[Meeting]) -> list[ContactCoupling]:
     """Contact, where something can meet something."""
     surfaces = [surface for group in groups if (surface := group.surface()) is not None]
-    meets, restitution = meetings(scene, surfaces)
-    return [ContactCoupling(scene, groups, surfaces, meets, restitution)] if meets.any() else []
+    table = meetings(scene, surfaces)
+    return [ContactCoupling(scene, groups, surfaces, table)] if table.meets.any() else []
 
 
-def meetings(scene: Scene, surfaces: list[Surface]) -> tuple[np.ndarray, np.ndarray]:
-    """(B, B) whether two bodies meet by contact, and with which restitution, in the order of the surfaces."""
+def meetings(scene: Scene, surfaces: list[Surface]) -> Meetings:
+    """Who meets whom by contact, and how, in the order of the surfaces."""
     bodies = [(s, span.name, e) for s in surfaces for span, e in zip(s.bodies, s.bounce, strict=True)]
     meets = np.zeros((len(bodies), len(bodies)), bool)
-    restitution = np.zeros(meets.shape)
+    restitution, friction = np.zeros(meets.shape), np.zeros(meets.shape)
     for j, (one, name, e) in enumerate(bodies):
         for k, (two, other, f) in enumerate(bodies):
             said = scene.met(name, other)
             meets[j, k] = said.meet and (one.reaches(two) or two.reaches(one))
             own = 0.0 if e is None or f is None else max(e, f)
             restitution[j, k] = own if said.restitution is None else said.restitution
-    return meets, restitution
+            friction[j, k] = said.friction
+    return Meetings(meets, restitution, friction)
 
 
 class ContactCoupling(Coupling):
     """contact: the solver."""
 
-    def __init__(self, scene: Scene, groups: Sequence[Group], surfaces: list[Surface], meets: np.ndarray, restitution: np.ndarray) -> None:
+    def __init__(self, scene: Scene, groups: Sequence[Group], surfaces: list[Surface], meetings: Meetings) -> None:
         self.common = common_schedule(groups)
         flat = np.array([s.discs is not None for s in surfaces for _ in s.bodies])
-        port = Port(surfaces, thin=bool(meets[flat][:, flat].any()))
+        port = Port(surfaces, thin=bool(meetings.meets[flat][:, flat].any()))
         order = [port.names.index(span.name) for s in surfaces for span in s.bodies]  # the port has those that turn last
         place = np.argsort(order)
-        table = Table(meets[place][:, place], restitution[place][:, place])
+        table = Table(Meetings(*(said[place][:, place] for said in meetings)))
         skin = 0.5 * min(s.length for s in surfaces)
         self.contact = Contact(port, table, scene.numerics.contact or PinballContact(), skin)
         for s in surfaces:
@@ -61,10 +62,13 @@ class ContactCoupling(Coupling):
         self.contact.add(now, self.common)
 
     def entries(self) -> Entries:
-        return Entries(internal={"contact": self.contact.taken()})
+        return Entries(internal=self.contact.taken())
 
     def given(self) -> float:
-        return self.contact.taken()
+        return sum(self.contact.taken().values())
+
+    def report(self) -> dict[str, float]:
+        return self.contact.report()
 
     def status(self) -> dict[str, int]:
         return {"contacts": self.contact.touching, "iterations": self.contact.iterations}

@@ -9,10 +9,18 @@ rebound of T 3.18. T decides on the rebound first; here the solver finds it with
 and no further. Penetration therefore stays at the order of what the normals turn in a step. Between two bodies with a restitution the right
 side is Newton's rebound speed. Impulses are equal and opposite on each pair, so linear momentum is kept to rounding.
 
+Two bodies that rub (mu > 0) have an impulse q along the contact as well. With s the velocity there at n+1/2,
+
+    |q| <= mu p,     q = -mu p s/|s| where s is not 0
+
+Coulomb's law as it is: the ball that slides is not lifted, as it is where p, q is projected on a cone. In an iteration q follows its own
+gradient and is brought back to the disc of radius mu p, p being that of the same iteration.
+
 Solved by accelerated projected gradients (Nesterov; Mazhar et al. 2015), each pair scaled by the inverse masses that
 it would see if every mover were split among its pairs (Tonge et al. 2012): that scaling bounds b from above for any set of
-pairs, redundant ones too. The momentum of a pair restarts when it climbs (after O'Donoghue and Candes 2015, who restart all at once). Pairs
-gather from movers and movers from pairs: no scatter, one result for any number of threads.
+pairs, redundant ones too. A corner of a face that takes the part w of an impulse counts as w pairs, for
+(sum w p)^2 <= sum w  sum w p^2. The momentum of a pair restarts when it climbs (after O'Donoghue and Candes 2015, who restart all at
+once). Pairs gather from movers and movers from pairs: no scatter, one result for any number of threads.
 
 Bodies that pairs link are a part (pairs.py). Each part has its own tolerance and ends when it has reached it, so that no part follows from
 another one far away.
@@ -29,11 +37,13 @@ from ...errors import RunStopped, SceneError
 from ...pool import Pool
 from ...runtime import ti
 from ..ports import Port
-from .pairs import Pairs, Table, disc_gap
+from .faces import nearest
+from .pairs import BODIES, DISC, FACE, PAIRS, TURNING, WHO, Pairs, Table, disc_gap
 from .said import PinballContact
 
 BLOCK = 512
 FIRST, CHECK = 2, 8  # iterations before the first look at the error; the most between two looks
+SMALL_LIST = 4096  # pairs; fewer are solved by one thread, faster than threads are woken
 FAR = 1e30  # m: a way after which anything must be searched
 SMALL = 1e-2  # of the fastest speed: an approach below it is not resolved any finer
 
@@ -48,15 +58,18 @@ class Contact(Pool):
         super().__init__(name)
         self.port, self.settings, self.skin = port, settings, skin
         self.pairs = pairs = Pairs(port, table)
-        room, bodies = min(port.n, 2 * pairs.capacity), port.n_bodies
+        room, bodies = min(port.n, pairs.sides * pairs.capacity), port.n_bodies
         blocks = -(-pairs.capacity // BLOCK)
         self.blocks = blocks
         field = self.field
         self.dv = field("dv", room, 3, "f64", unit="m/s", doc="change of velocity by the impulses, at a place of the port's list")
         self.dw = field("dw", max(port.n - port.n_still, 1), 3, "f64", unit="rad/s", doc="change of spin, of those that turn")
-        self.share = field("share", room, dtype="i32", doc="near pairs of a mover")
+        self.share = field("share", room, dtype="f64", doc="near pairs of a mover; of a face's corner its part counts")
         self.work = field("work", blocks, dtype="f64", unit="J", doc="done on the bodies up to time n, by blocks of pairs", keeps=True)
         self.ahead = field("ahead", blocks, dtype="f64", unit="J", doc="what contact does on the way to n + 1", keeps=True)
+        rubbed = blocks if table.rubs else 1
+        self.rubbed = field("rubbed", rubbed, dtype="f64", unit="J", doc="work of friction up to time n", keeps=table.rubs)
+        self.rubs_ahead = field("rubs_ahead", rubbed, dtype="f64", unit="J", doc="what friction does on the way to n + 1", keeps=table.rubs)
         self.deepest = field("deepest", 1, dtype="f64", unit="m", doc="largest penetration so far", keeps=True)
         # by body; of a part what stands at each of its bodies
         self.travelled = field("travelled", bodies, dtype="f64", unit="m", doc="since the last search, by the end of this step", keeps=True)
@@ -68,7 +81,8 @@ class Contact(Pool):
         self.scale = field("scale", bodies, dtype="f64", unit="m/s", doc="what the tolerance is a part of")
         self.error = field("error", bodies, dtype="f64", unit="m/s", doc="largest violation")
         self.open = field("open", bodies, dtype="i32", doc="1: is being solved")
-        self.travelled.fill(FAR)
+        runtime.fill(self.travelled, FAR)
+        self.did = field("did", 1, dtype="i32", doc="iterations of the last step that one thread made")
         self.touching = 0  # pairs with a force
         self.iterations = 0  # of the last step
         self.all_iterations, self.solves, self.unsolved = 0, 0, 0
@@ -86,7 +100,7 @@ class Contact(Pool):
         if not pairs.n:
             return
         port.offer(pairs.bounds, Now())
-        _measure(self, 0, pairs.n, port.n_bodies, port.turning, 0.0, self.skin, 0, 0)
+        _measure(self, 0.0, self.skin, 0, 0)
         owner = runtime.get(port.whose, pairs.n_who)
         a, b = (owner[runtime.get(side, pairs.n)] for side in (pairs.a, pairs.b))
         gap = runtime.get(pairs.gap, pairs.n)
@@ -107,21 +121,23 @@ class Contact(Pool):
         port, pairs = self.port, self.pairs
         step = now.step % common
         port.look()
-        for s in port.surfaces:
-            if s.renumbered:
-                for body in range(s.first.body, s.first.body + len(s.bodies)):
-                    self.travelled[body] = FAR
+        if any(s.renumbered for s in port.surfaces):
+            travelled = runtime.get(self.travelled, port.n_bodies)
+            for s in port.surfaces:
+                if s.renumbered:
+                    travelled[s.first.body : s.first.body + len(s.bodies)] = FAR
+            runtime.put(self.travelled, travelled)
         if _wear(self, port.n_bodies, now.dt, self.skin, step):
             self._search()
         self.iterations = 0
         acts = 0
         if pairs.n:
             port.offer(pairs.bounds, now)
-            acts = _measure(self, pairs.n_who, pairs.n, port.n_bodies, port.turning, now.dt, self.skin, 1, step)
+            acts = _measure(self, now.dt, self.skin, 1, step)
             if acts:
                 self._solve()
                 port.take(pairs.bounds, now)
-        self.touching = _book(self, pairs.n, self.blocks, port.turning, now.dt_before, now.dt, 1.0 / now.kick, acts)
+        self.touching = _book(self, self.blocks, now.dt_before, now.dt, 1.0 / now.kick, acts)
         self.seconds += clock.perf_counter() - began
 
     def _search(self) -> None:
@@ -134,40 +150,51 @@ class Contact(Pool):
         runtime.put(self.travelled, travelled)
 
     def _solve(self) -> None:
-        pairs, turning = self.pairs, self.port.turning
-        t, some = 1.0, FIRST
-        error = np.inf
-        while self.iterations < self.settings.iterations:
-            some = min(some, self.settings.iterations - self.iterations)
-            for done in range(0, some, 2):
-                second, third = _next(t), _next(_next(t))
-                twice = int(some - done > 1)
-                _iterate(self, pairs.n_who, pairs.n, turning, (t - 1.0) / second, (second - 1.0) / third, twice)
-                t = third if twice else second
-            self.iterations += some
-            some = min(2 * some, CHECK)
-            error = _error(self, pairs.n_who, pairs.n, self.port.n_bodies, turning, self.settings.tolerance)
-            if not np.isfinite(error):
-                raise RunStopped(
-                    "contact: the velocities of touching bodies are no numbers any more; the step is likely too long: lower "
-                    "numerics.time_step_safety, and look at the last frame"
-                )
-            if error <= self.settings.tolerance:
-                break
+        pairs, most, tolerance = self.pairs, self.settings.iterations, self.settings.tolerance
+        if runtime.one_by_one() and pairs.n < SMALL_LIST:
+            error = _solve_here(self, most, tolerance)
+            self.iterations = int(self.did[0])
         else:
-            self.unsolved += 1
+            error = self._solve_together(most, tolerance)
+        if not np.isfinite(error):
+            raise RunStopped(
+                "contact: the velocities of touching bodies are no numbers any more; the step is likely too long: lower "
+                "numerics.time_step_safety, and look at the last frame"
+            )
+        self.unsolved += int(error > tolerance)
         self.largest_error = max(self.largest_error, error)
         self.all_iterations += self.iterations
         self.solves += 1
+
+    def _solve_together(self, most: int, tolerance: float) -> float:
+        """`_solve_here` with a loop of all threads for each part of an iteration, to the same bits; returns the error left."""
+        t, some = 1.0, FIRST
+        error = np.inf
+        while self.iterations < most:
+            some = min(some, most - self.iterations)
+            for done in range(0, some, 2):
+                second, third = _next(t), _next(_next(t))
+                twice = int(some - done > 1)
+                _iterate(self, (t - 1.0) / second, (second - 1.0) / third, twice)
+                t = third if twice else second
+            self.iterations += some
+            some = min(2 * some, CHECK)
+            error = _error(self, tolerance)
+            if error <= tolerance or not np.isfinite(error):
+                break
+        return error
 
     @property
     def penetration(self) -> float:
         """Largest so far [m]."""
         return float(self.deepest[0])
 
-    def taken(self) -> float:
-        """Energy that contact took [J], up to the time of the last force evaluation."""
-        return -float(runtime.get(self.work, self.blocks).sum())
+    def taken(self) -> dict[str, float]:
+        """Energy that contact took [J], and friction where bodies rub, up to the time of the last force evaluation."""
+        found = {"contact": -float(runtime.get(self.work, self.blocks).sum())}
+        if self.pairs.table.rubs:
+            found["friction"] = -float(runtime.get(self.rubbed, self.blocks).sum())
+        return found
 
     def report(self) -> dict[str, float]:
         """What contact cost and how well it was solved, for the summary."""
@@ -214,16 +241,24 @@ def _wear(contact: ti.template(), bodies: ti.i32, dt: ti.f64, skin: ti.f64, step
 
 @ti.func
 def _geometry(contact: ti.template(), k, a, b, turning):
-    """(gap, normal from the other to the ball, point of contact) of pair k."""
+    """(gap, normal from the other to the ball, point of contact) of pair k; of a face its corners' parts of the nearest point as well."""
     port, pairs = contact.port, contact.pairs
     ball, other = pairs.ball[k], pairs.other[k]
     c, radius = port.centre(ball, a, turning), port.ball_radius[ball][0]
     gap = ti.cast(0.0, ti.f64)
     normal = ti.Vector([0.0, 0.0, 0.0], ti.f64)
-    if pairs.flat[k] == 1:
+    if pairs.sort[k] == DISC:
         radius = port.ball_radius[ball][port.disc_sound[other]]
         g, n = disc_gap(port.x[b], port.director[b], port.disc_radius[other], port.disc_half[other], c, radius)
         gap, normal = g, n
+    elif ti.static(port.thin) and pairs.sort[k] == FACE:
+        at, disc = pairs.corner[k], port.face_disc[other]
+        split, q = nearest(port.x[at[0]], port.x[at[1]], port.x[at[2]], port.x[at[3]], ti.select(disc[3] < 0, 3, 4), c)
+        pairs.split[k] = split
+        away, thick = c - q, radius + port.disc_half[disc[0]]
+        distance = away.norm()
+        normal = away / distance if distance > 1e-12 * thick else port.director[b]
+        gap = distance - thick
     else:
         away = c - port.centre(other, b, turning)
         distance = away.norm()
@@ -232,25 +267,81 @@ def _geometry(contact: ti.template(), k, a, b, turning):
     return gap, normal, c - radius * normal
 
 
+@ti.func
+def _of_other(contact: ti.template(), field: ti.template(), k, b):
+    """A velocity of the other of pair k: of its mover, or of a face at the nearest point."""
+    pairs = contact.pairs
+    v = field[b]
+    if ti.static(contact.port.thin):
+        if pairs.sort[k] == FACE:
+            v *= 0.0
+            for c in ti.static(range(4)):
+                v += pairs.split[k][c] * field[pairs.corner[k][c]]
+    return v
+
+
+@ti.func
+def _speeds(contact: ti.template(), k, a, b, turning):
+    """Velocity of the ball from the other of pair k at the point of contact, at n - 1/2 and at n + 1/2 without contact."""
+    port, pairs = contact.port, contact.pairs
+    v_a, v_b, u_a, u_b = port.before[a], _of_other(contact, port.before, k, b), port.free[a], _of_other(contact, port.free, k, b)
+    if a >= turning:
+        v_a += port.spin_before[a - turning].cross(pairs.arm_a[k])
+        u_a += port.spin_free[a - turning].cross(pairs.arm_a[k])
+    if b >= turning:
+        v_b += port.spin_before[b - turning].cross(pairs.arm_b[k])
+        u_b += port.spin_free[b - turning].cross(pairs.arm_b[k])
+    return v_a - v_b, u_a - u_b
+
+
+@ti.func
+def _part(contact: ti.template(), k, side):
+    """How much of the impulse of pair k the mover on that side takes: all of it, or the part of a face's corner."""
+    part = ti.cast(1.0, ti.f64)
+    if ti.static(contact.port.thin):
+        if side > 0 and contact.pairs.sort[k] == FACE:
+            part = contact.pairs.split[k][side - 1]
+    return part
+
+
+@ti.func
+def _mobility(contact: ti.template(), m, turning, arm, normal):
+    """Of a mover: change of its speed along the normal by a unit impulse [1/kg]; where bodies rub, along any direction at most."""
+    w = ti.cast(0.0, ti.f64)
+    if ti.static(contact.pairs.table.rubs):
+        w = contact.port.loosest(m, turning, arm)
+    else:
+        w = contact.port.mobility(m, turning, arm, normal)
+    return w
+
+
+@ti.func
+def _weight(contact: ti.template(), k, a, b, turning):
+    """Mobilities of all movers of pair k, each split among its own pairs [1/kg]."""
+    port, pairs = contact.port, contact.pairs
+    normal = pairs.normal[k]
+    weight = contact.share[a] * _mobility(contact, a, turning, pairs.arm_a[k], normal)
+    if ti.static(port.thin):
+        if pairs.sort[k] == FACE:
+            for c in ti.static(range(4)):
+                m, part = pairs.corner[k][c], pairs.split[k][c]
+                weight += contact.share[m] * part * _mobility(contact, m, turning, pairs.arm_b[k], normal)
+        else:
+            weight += contact.share[b] * _mobility(contact, b, turning, pairs.arm_b[k], normal)
+    else:
+        weight += contact.share[b] * _mobility(contact, b, turning, pairs.arm_b[k], normal)
+    return weight
+
+
 @ti.kernel
-def _measure(
-    contact: ti.template(),
-    n_who: ti.i32,
-    n: ti.i32,
-    bodies: ti.i32,
-    turning: ti.i32,
-    dt: ti.f64,
-    skin: ti.f64,
-    speeds: ti.i32,
-    step: ti.i32,
-) -> ti.i32:
+def _measure(contact: ti.template(), dt: ti.f64, skin: ti.f64, speeds: ti.i32, step: ti.i32) -> ti.i32:
     """Where each pair is, how fast it closes, and its weight; returns how many bodies are in parts that close faster than they may."""
     port, pairs = contact.port, contact.pairs
     ti.loop_config(serialize=True)
-    for b in range(bodies):
+    for b in range(pairs.size[BODIES]):
         contact.closing[b] = 0.0
-    for k in range(n):
-        a, b = pairs.a[k], pairs.b[k]
+    for k in range(pairs.size[PAIRS]):
+        a, b, turning = pairs.a[k], pairs.b[k], pairs.size[TURNING]
         gap, normal, point = _geometry(contact, k, a, b, turning)
         arm_a, arm_b = point - port.x[a], point - port.x[b]
         pairs.gap[k], pairs.normal[k], pairs.arm_a[k], pairs.arm_b[k] = gap, normal, arm_a, arm_b
@@ -259,61 +350,64 @@ def _measure(
             pairs.near[k] = 0
         elif speeds == 1:
             lasts = dt * ti.max(blow_a, blow_b)
-            v_a, v_b, u_a, u_b = port.before[a], port.before[b], port.free[a], port.free[b]
-            if a >= turning:
-                v_a += port.spin_before[a - turning].cross(arm_a)
-                u_a += port.spin_free[a - turning].cross(arm_a)
-            if b >= turning:
-                v_b += port.spin_before[b - turning].cross(arm_b)
-                u_b += port.spin_free[b - turning].cross(arm_b)
-            before, free = (v_a - v_b).dot(normal), (u_a - u_b).dot(normal)
+            v, u = _speeds(contact, k, a, b, turning)
+            before, free = v.dot(normal), u.dot(normal)
             slack = free + ti.max(gap, 0.0) / lasts
             if slack < 0.0 and before < 0.0:
-                e = pairs.table.restitution[port.whose[a] * bodies + port.whose[b]]
+                e = pairs.table.restitution[port.whose[a] * pairs.size[BODIES] + port.whose[b]]
                 if e > 0.0:
                     slack = free + e * before
             pairs.before[k], pairs.free[k], pairs.slack[k] = before, free, slack
-            near = 0
-            if gap + lasts * ti.min(free, 0.0) < 0.3 * skin:
+            near, reach = 0, 0.3 * skin
+            if ti.static(port.thin):
+                if pairs.sort[k] == FACE:  # what can come to touch within the step: each pair more on a node slows the others down
+                    reach = ti.min(reach, lasts * (port.speed[port.whose[a]] + port.speed[port.whose[b]]))
+            if gap + lasts * ti.min(free, 0.0) < reach:
                 near = 1
             pairs.near[k] = near
             if near == 0:
                 pairs.p[k] = 0.0
             pairs.y[k] = pairs.p[k]
+            if ti.static(pairs.table.rubs):
+                pairs.slip_before[k], pairs.slip[k] = v - before * normal, u - free * normal
+                pairs.q[k] = near * (pairs.q[k] - pairs.q[k].dot(normal) * normal)
+                pairs.z[k] = pairs.q[k]
             part = pairs.part[a]
             if -slack > contact.closing[part]:
                 ti.atomic_max(contact.closing[part], -slack)
     acting = 0
     ti.loop_config(serialize=True)
     for _ in range(1):
-        for b in range(bodies):
+        for b in range(pairs.size[BODIES]):
             contact.top[b] = 0.0
-        for b in range(bodies):
+        for b in range(pairs.size[BODIES]):
             r = pairs.root[b]
             contact.top[r] = ti.max(contact.top[r], port.speed[b])
-        for b in range(bodies):
+        for b in range(pairs.size[BODIES]):
             acts = 0
             if contact.closing[pairs.root[b]] > 0.0:
                 acts = 1
             port.pushed[b], contact.open[b] = acts, acts
             contact.scale[b] = ti.max(contact.closing[b], SMALL * contact.top[b])
             acting += acts
-    for m in range(n_who):
+    for m in range(pairs.size[WHO]):
         if contact.open[pairs.part[m]] == 1:
-            count = 0
+            count = ti.cast(0.0, ti.f64)
             for e in range(pairs.first[m], pairs.first[m + 1]):
-                count += pairs.near[pairs.entry[e] // 2]
+                k, side = pairs.entry[e] // ti.static(pairs.sides), pairs.entry[e] % ti.static(pairs.sides)
+                count += pairs.near[k] * _part(contact, k, side)
             contact.share[m] = count
-    for k in range(n):
+    for k in range(pairs.size[PAIRS]):
         a, b = pairs.a[k], pairs.b[k]
         if pairs.near[k] == 1 and contact.open[pairs.part[a]] == 1:
-            normal = pairs.normal[k]
-            weight = contact.share[a] * port.mobility(a, turning, pairs.arm_a[k], normal)
-            weight += contact.share[b] * port.mobility(b, turning, pairs.arm_b[k], normal)
+            weight = _weight(contact, k, a, b, pairs.size[TURNING])
             pairs.weight[k] = weight
             if weight <= 0.0:  # both are held: nothing to be done
                 pairs.near[k] = 0
                 pairs.p[k] = pairs.y[k] = 0.0
+                if ti.static(pairs.table.rubs):
+                    pairs.q[k] *= 0.0
+                    pairs.z[k] *= 0.0
     return acting
 
 
@@ -324,32 +418,50 @@ def _impulse(contact: ti.template(), m, turning, extrapolated):
     J = ti.Vector([0.0, 0.0, 0.0], ti.f64)
     L = J
     for e in range(pairs.first[m], pairs.first[m + 1]):
-        entry = pairs.entry[e]
-        k = entry // 2
+        k, side = pairs.entry[e] // ti.static(pairs.sides), pairs.entry[e] % ti.static(pairs.sides)
         if pairs.near[k] == 1:
             p = pairs.y[k] if extrapolated == 1 else pairs.p[k]
-            if entry % 2 == 1:
-                p = -p
             push = p * pairs.normal[k]
+            if ti.static(pairs.table.rubs):
+                push += pairs.z[k] if extrapolated == 1 else pairs.q[k]
+            if side > 0:
+                push = -push
+            if ti.static(contact.port.thin):
+                push *= _part(contact, k, side)
             J += push
             if m >= turning:
                 arm = pairs.arm_a[k]
-                if entry % 2 == 1:
+                if side > 0:
                     arm = pairs.arm_b[k]
                 L += arm.cross(push)
     return J, L
 
 
 @ti.func
-def _corrected(contact: ti.template(), k, a, b, turning):
-    """slack of pair k with the changes of velocity [m/s]; it should not be negative."""
+def _moved(contact: ti.template(), k, a, b, turning):
+    """Change of the ball's velocity from the other of pair k [m/s]."""
     pairs = contact.pairs
-    v = contact.dv[a] - contact.dv[b]
+    v = contact.dv[a] - _of_other(contact, contact.dv, k, b)
     if a >= turning:
         v += contact.dw[a - turning].cross(pairs.arm_a[k])
     if b >= turning:
         v -= contact.dw[b - turning].cross(pairs.arm_b[k])
-    return pairs.slack[k] + v.dot(pairs.normal[k])
+    return v
+
+
+@ti.func
+def _held_back(contact: ti.template(), k, q, p):
+    """q, brought back to what friction can bear under the impulse p."""
+    most = (
+        p
+        * contact.pairs.table.friction[
+            contact.port.whose[contact.pairs.a[k]] * contact.pairs.size[BODIES] + contact.port.whose[contact.pairs.b[k]]
+        ]
+    )
+    size = q.norm()
+    if size > most:
+        q *= most / size
+    return q
 
 
 @ti.func
@@ -364,104 +476,192 @@ def _change(contact: ti.template(), m, turning):
 
 @ti.func
 def _project(contact: ti.template(), k, turning, beta):
-    """One step of pair k down the gradient, back to p >= 0, and on by the momentum beta."""
+    """One step of pair k down the gradient, back to p >= 0 and |q| <= mu p, and on by the momentum beta."""
     pairs = contact.pairs
     a, b = pairs.a[k], pairs.b[k]
     if contact.open[pairs.part[a]] == 1:
-        r = _corrected(contact, k, a, b, turning)
+        v, normal = _moved(contact, k, a, b, turning), pairs.normal[k]
+        r = pairs.slack[k] + v.dot(normal)
         p = ti.max(0.0, pairs.y[k] - r / pairs.weight[k])
         step = p - pairs.p[k]
+        climbs = r * step
+        if ti.static(pairs.table.rubs):
+            s = pairs.slip[k] + v - v.dot(normal) * normal
+            q = _held_back(contact, k, pairs.z[k] - s / pairs.weight[k], p)
+            climbs += s.dot(q - pairs.q[k])
+            z = q + beta * (q - pairs.q[k])
+            if climbs > 0.0:
+                z = q
+            pairs.q[k], pairs.z[k] = q, z
         y = p + beta * step
-        if r * step > 0.0:
+        if climbs > 0.0:
             y = p
         pairs.p[k], pairs.y[k] = p, y
 
 
 @ti.kernel
-def _iterate(contact: ti.template(), n_who: ti.i32, n: ti.i32, turning: ti.i32, first: ti.f64, second: ti.f64, twice: ti.i32):
+def _iterate(contact: ti.template(), first: ti.f64, second: ti.f64, twice: ti.i32):
     """An iteration of the parts that are not solved yet, with the momentum `first`; twice 1: another one, with `second`."""
     pairs = contact.pairs
-    for m in range(n_who):
+    for m in range(pairs.size[WHO]):
         if contact.open[pairs.part[m]] == 1:
-            _change(contact, m, turning)
-    for k in range(n):
+            _change(contact, m, pairs.size[TURNING])
+    for k in range(pairs.size[PAIRS]):
         if pairs.near[k] == 1:
-            _project(contact, k, turning, first)
-    for m in range(n_who * twice):
+            _project(contact, k, pairs.size[TURNING], first)
+    for m in range(pairs.size[WHO] * twice):
         if contact.open[pairs.part[m]] == 1:
-            _change(contact, m, turning)
-    for k in range(n * twice):
+            _change(contact, m, pairs.size[TURNING])
+    for k in range(pairs.size[PAIRS] * twice):
         if pairs.near[k] == 1:
-            _project(contact, k, turning, second)
+            _project(contact, k, pairs.size[TURNING], second)
+
+
+@ti.func
+def _settle(contact: ti.template(), m, turning):
+    """The impulses of p and q on the mover at place m, and its change of velocity by them."""
+    port = contact.port
+    J, L = _impulse(contact, m, turning, 0)
+    contact.dv[m] = port.ease[m] * J
+    port.impulse[m] = J
+    if m >= turning:
+        contact.dw[m - turning] = port.spin(m, turning, L)
+        port.twist[m - turning] = L
+
+
+@ti.func
+def _wrong(contact: ti.template(), k, a, b, turning):
+    """Violation of pair k by p and q, of the constraint or of complementarity [m/s]."""
+    pairs = contact.pairs
+    v, normal = _moved(contact, k, a, b, turning), pairs.normal[k]
+    r = pairs.slack[k] + v.dot(normal)
+    wrong = ti.max(-r, ti.min(r, pairs.p[k] * pairs.weight[k]))
+    if ti.static(pairs.table.rubs):
+        s = pairs.slip[k] + v - v.dot(normal) * normal
+        q = _held_back(contact, k, pairs.q[k] - s / pairs.weight[k], pairs.p[k])
+        wrong = ti.max(wrong, (q - pairs.q[k]).norm() * pairs.weight[k])
+    if not (wrong < ti.math.inf):  # also true for nan
+        wrong = ti.math.inf
+    return wrong
+
+
+@ti.func
+def _close(contact: ti.template(), b, tolerance):
+    """Error of the part whose root is the body b, over its scale; 0 of other bodies. A part within the tolerance is closed."""
+    error = ti.cast(0.0, ti.f64)
+    if contact.port.pushed[b] == 1 and contact.pairs.root[b] == b:
+        error = contact.error[b] / contact.scale[b]
+        if error <= tolerance:
+            contact.open[b] = 0
+    return error
 
 
 @ti.kernel
-def _error(contact: ti.template(), n_who: ti.i32, n: ti.i32, bodies: ti.i32, turning: ti.i32, tolerance: ti.f64) -> ti.f64:
-    """Largest violation by p, of the constraint or of complementarity, over the scale of its part; parts within the tolerance are closed.
-    The impulses of the movers are those of this look."""
-    port, pairs = contact.port, contact.pairs
+def _error(contact: ti.template(), tolerance: ti.f64) -> ti.f64:
+    """Largest error of all parts; those within the tolerance are closed. The impulses of the movers are those of this look."""
+    pairs = contact.pairs
     ti.loop_config(serialize=True)
-    for b in range(bodies):
+    for b in range(pairs.size[BODIES]):
         if contact.open[b] == 1:
             contact.error[b] = 0.0
-    for m in range(n_who):
+    for m in range(pairs.size[WHO]):
         if contact.open[pairs.part[m]] == 1:
-            J, L = _impulse(contact, m, turning, 0)
-            contact.dv[m] = port.ease[m] * J
-            port.impulse[m] = J
-            if m >= turning:
-                contact.dw[m - turning] = port.spin(m, turning, L)
-                port.twist[m - turning] = L
-    for k in range(n):
+            _settle(contact, m, pairs.size[TURNING])
+    for k in range(pairs.size[PAIRS]):
         if pairs.near[k] == 1:
             a, b = pairs.a[k], pairs.b[k]
             part = pairs.part[a]
             if contact.open[part] == 1:
-                r = _corrected(contact, k, a, b, turning)
-                wrong = ti.max(-r, ti.min(r, pairs.p[k] * pairs.weight[k]))
-                if not (wrong < ti.math.inf):  # also true for nan
-                    wrong = ti.math.inf
+                wrong = _wrong(contact, k, a, b, pairs.size[TURNING])
                 if wrong > contact.error[part]:
                     ti.atomic_max(contact.error[part], wrong)
     worst = ti.cast(0.0, ti.f64)
     ti.loop_config(serialize=True)
-    for b in range(bodies):
-        if port.pushed[b] == 1 and pairs.root[b] == b:
-            error = contact.error[b] / contact.scale[b]
-            worst = ti.max(worst, error)
-            if error <= tolerance:
-                contact.open[b] = 0
+    for b in range(pairs.size[BODIES]):
+        worst = ti.max(worst, _close(contact, b, tolerance))
     return worst
 
 
 @ti.kernel
-def _book(
-    contact: ti.template(), n: ti.i32, blocks: ti.i32, turning: ti.i32, dt_before: ti.f64, dt: ti.f64, per_kick: ti.f64, acts: ti.i32
-) -> ti.i32:
+def _solve_here(contact: ti.template(), most: ti.i32, tolerance: ti.f64) -> ti.f64:
+    """All iterations by one thread; returns the largest error left, and their number in `did`."""
+    pairs = contact.pairs
+    worst = ti.cast(0.0, ti.f64)
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        n_who, n, turning, bodies = pairs.size[WHO], pairs.size[PAIRS], pairs.size[TURNING], pairs.size[BODIES]
+        t = ti.cast(1.0, ti.f64)
+        did, some, going = 0, FIRST, 1
+        while going == 1 and did < most:
+            some = ti.min(some, most - did)
+            for _i in range(some):
+                after = 0.5 * (1.0 + ti.sqrt(1.0 + 4.0 * t * t))
+                for m in range(n_who):
+                    if contact.open[pairs.part[m]] == 1:
+                        _change(contact, m, turning)
+                for k in range(n):
+                    if pairs.near[k] == 1:
+                        _project(contact, k, turning, (t - 1.0) / after)
+                t = after
+            did += some
+            some = ti.min(2 * some, CHECK)
+            for b in range(bodies):
+                if contact.open[b] == 1:
+                    contact.error[b] = 0.0
+            for m in range(n_who):
+                if contact.open[pairs.part[m]] == 1:
+                    _settle(contact, m, turning)
+            for k in range(n):
+                if pairs.near[k] == 1:
+                    part = pairs.part[pairs.a[k]]
+                    if contact.open[part] == 1:
+                        contact.error[part] = ti.max(contact.error[part], _wrong(contact, k, pairs.a[k], pairs.b[k], turning))
+            worst = 0.0
+            for b in range(bodies):
+                worst = ti.max(worst, _close(contact, b, tolerance))
+            if worst <= tolerance or worst == ti.math.inf:
+                going = 0
+        contact.did[0] = did
+    return worst
+
+
+@ti.kernel
+def _book(contact: ti.template(), blocks: ti.i32, dt_before: ti.f64, dt: ti.f64, per_kick: ti.f64, acts: ti.i32) -> ti.i32:
     """Work of contact on the bodies, trapezoidal as in world.step, and the largest penetration; returns the pairs with a force."""
     port, pairs = contact.port, contact.pairs
     touching = 0
     for block in range(blocks):
         contact.work[block] += contact.ahead[block]
         behind, ahead = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
+        rub_behind, rub_ahead = behind, ahead
         mine = 0  # shaders lose a kernel whose inner loop adds to the sum of all threads
         deepest = ti.cast(0.0, ti.f64)
         if acts > 0:
-            for k in range(block * BLOCK, ti.min(n, (block + 1) * BLOCK)):
+            for k in range(block * BLOCK, ti.min(pairs.size[PAIRS], (block + 1) * BLOCK)):
                 if pairs.near[k] == 1 and pairs.p[k] > 0.0:
                     a, b = pairs.a[k], pairs.b[k]
                     if port.pushed[port.whose[a]] == 1:
                         mine += 1
-                        after = pairs.free[k] + _corrected(contact, k, a, b, turning) - pairs.slack[k]
+                        v = _moved(contact, k, a, b, pairs.size[TURNING])
+                        after = pairs.free[k] + (pairs.slack[k] + v.dot(pairs.normal[k])) - pairs.slack[k]
                         behind += pairs.p[k] * pairs.before[k]
                         ahead += pairs.p[k] * after
+                        if ti.static(pairs.table.rubs):
+                            rub_behind += pairs.q[k].dot(pairs.slip_before[k])
+                            rub_ahead += pairs.q[k].dot(pairs.slip[k] + v)
                         deepest = ti.max(deepest, -pairs.gap[k])
         touching += mine
         if deepest > contact.deepest[0]:
             ti.atomic_max(contact.deepest[0], deepest)
+        # v_0 is given at t = 0, and the kinetic energy there is that of v_0 less 1/2 p (v_1 - v_0), as in world.step
         if dt_before == 0.0:
-            # v_0 is given at t = 0, and the kinetic energy there is that of v_0 less 1/2 p (v_1 - v_0), as in world.step
             contact.work[block] -= 0.5 * (ahead - behind)
         contact.work[block] += 0.5 * dt_before * per_kick * behind
         contact.ahead[block] = 0.5 * dt * per_kick * ahead
+        if ti.static(pairs.table.rubs):
+            contact.rubbed[block] += contact.rubs_ahead[block]
+            if dt_before == 0.0:
+                contact.rubbed[block] -= 0.5 * (rub_ahead - rub_behind)
+            contact.rubbed[block] += 0.5 * dt_before * per_kick * rub_behind
+            contact.rubs_ahead[block] = 0.5 * dt * per_kick * rub_ahead
     return touching

@@ -9,9 +9,12 @@ Over the disc this is T 3.19; beside it the ball touches when d_t < R_1 + sqrt((
 sqrt(R_2^2 - (d_n - e/2)^2): a round rim is touched up to e/2 earlier. There the normal leans as the rim does. T pushes along the
 director even there, and so a striker that has passed the plane of the shell would drag the rim of its hole along.
 
-Two shells meet by thin balls, one at each node with half the thickness: the nodes of the first against the discs of the second and the
+Two shells meet by thin balls, one at each node with half the thickness: the nodes of the first against the faces of the second and the
 other way round, so that neither is preferred and a fine shell does not slip through a coarse one. The gap is the distance less both half
-thicknesses: each counts once.
+thicknesses: each counts once. A face is a whole cell (faces.py). The impulse acts at the point of the face that is nearest, so its corners
+share it and no moment is left out. Discs would not do: they are flat, reach over their neighbours and stand out of a fold that is not much
+wider than they are, and folds of a crushed tube would lie farther apart than the sheet is thick. Two sides of shells that cross between
+their nodes do not see each other.
 
 Which loop finds a pair follows from the numbers: few balls are tried against everything, many balls against many discs by a grid.
 Candidates are counted and written by their owners in order: the list is the same for any number of threads.
@@ -21,7 +24,7 @@ with its own distance. Each part counts its own way and has its own grid. So no 
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,19 +34,33 @@ from ...numerics.cells import CUBES, CellGrid, beside, cube, running
 from ...pool import Pool
 from ...runtime import ti
 from ..ports import Port
+from .faces import nearest
+
+BALL, DISC, FACE = range(3)  # what a ball is paired with
+WHO, PAIRS, TURNING, BODIES = range(4)  # `Pairs.size`: movers on the list, pairs, first place of those that turn, bodies
+
+
+class Meetings(NamedTuple):
+    """Body x body, symmetric (B, B): whether they meet, Newton's restitution, Coulomb's coefficient of friction."""
+
+    meets: np.ndarray
+    restitution: np.ndarray
+    friction: np.ndarray
 
 
 class Table(Pool):
-    """Body x body: whether they meet, Newton's restitution."""
+    """`Meetings` on the device; rubs: some bodies have friction."""
 
-    def __init__(self, meets: np.ndarray, restitution: np.ndarray, name: str = "meetings"):
-        """meets (B, B) bool, restitution (B, B), both symmetric."""
+    def __init__(self, said: Meetings, name: str = "meetings"):
         super().__init__(name)
-        n = len(meets)
+        self.rubs = bool((said.friction[said.meets] > 0).any())
+        n = len(said.meets)
         self.meets = self.field("meets", n * n, dtype="i32", doc="1: the two bodies may touch")
         self.restitution = self.field("restitution", n * n, dtype="f64", doc="Newton's, 0 for bodies that bounce by themselves")
-        runtime.put(self.meets, meets.ravel().astype(np.int32))
-        runtime.put(self.restitution, restitution.ravel().astype(float))
+        self.friction = self.field("friction", n * n, dtype="f64", doc="Coulomb's coefficient")
+        runtime.put(self.meets, said.meets.ravel().astype(np.int32))
+        runtime.put(self.restitution, said.restitution.ravel().astype(float))
+        runtime.put(self.friction, said.friction.ravel().astype(float))
 
 
 class Pairs(Pool):
@@ -63,11 +80,11 @@ class Pairs(Pool):
         self.n = 0
         field = self.field
         self.ball = field("ball", n, dtype="i32", doc="the ball", keeps=True)
-        self.other = field("other", n, dtype="i32", doc="the disc or ball that it may touch", keeps=True)
-        self.flat = field("flat", n, dtype="i32", doc="1: the other is a disc", keeps=True)
+        self.other = field("other", n, dtype="i32", doc="the ball, disc or face that it may touch", keeps=True)
+        self.sort = field("sort", n, dtype="i32", doc="what the other is: 0 a ball, 1 a disc, 2 a face", keeps=True)
         self.p = field("p", n, dtype="f64", unit="N s", doc="impulse: the multiplier times the kick", keeps=True)
         self.a = field("a", n, dtype="i32", doc="place of the ball's mover on the port's list")
-        self.b = field("b", n, dtype="i32", doc="place of the other's")
+        self.b = field("b", n, dtype="i32", doc="place of the other's; of a face's first corner")
         self.normal = field("normal", n, 3, "f64", doc="from b to a")
         self.arm_a = field("arm_a", n, 3, "f64", unit="m", doc="from the place of a to the point of contact")
         self.arm_b = field("arm_b", n, 3, "f64", unit="m", doc="from the place of b")
@@ -78,20 +95,32 @@ class Pairs(Pool):
         self.free = field("free", n, dtype="f64", unit="m/s", doc="normal speed at n + 1/2 without contact")
         self.weight = field("weight", n, dtype="f64", unit="1/kg", doc="diagonal with split masses")
         self.y = field("y", n, dtype="f64", unit="N s", doc="impulse, extrapolated")
-        # incidence: the mover at place m takes part in entries first[m] .. first[m + 1]; entry = 2 pair + (0 as a, 1 as b)
+        self.size = field("size", 4, dtype="i32", doc="movers on the list, pairs, first place of those that turn, bodies")
+        faces, rubs = n if port.thin else 1, n if table.rubs else 1
+        self.corner = field("corner", faces, 4, "i32", doc="places of a face's corners; of a triangle's third one twice")
+        self.split = field("split", faces, 4, "f64", doc="parts that the corners have of the nearest point")
+        self.q = field("q", rubs, 3, "f64", unit="N s", doc="impulse of friction on the ball", keeps=table.rubs)
+        self.z = field("z", rubs, 3, "f64", unit="N s", doc="impulse of friction, extrapolated")
+        self.slip_before = field("slip_before", rubs, 3, "f64", unit="m/s", doc="velocity along the contact at n - 1/2")
+        self.slip = field("slip", rubs, 3, "f64", unit="m/s", doc="velocity along the contact at n + 1/2 without contact")
+        # incidence: the mover at place m takes part in entries first[m] .. first[m + 1]; entry = `sides` pair + (0 as a, 1 as b, or 1 .. 4
+        # as a corner)
+        self.sides = 5 if port.thin else 2
         self.n_who = 0
         self.bounds = np.zeros(len(port.surfaces) + 1, int)
-        room = min(port.n, 2 * n)
+        room = min(port.n, self.sides * n)
         self.place = field("place", port.n + 1, dtype="i32", doc="where the next entry of a mover goes")
         self.first = field("first", room + 1, dtype="i32", doc="first entry at a place of the list")
         self.part = field("part", room, dtype="i32", doc="part of the mover there")
-        self.entry = field("entry", 2 * n, dtype="i32", doc="2 pair + (0 as a, 1 as b)")
+        self.entry = field("entry", self.sides * n, dtype="i32", doc="sides pair + (0 as a, 1 as b, 1 .. 4 as a corner)")
         self.root = field("root", port.n_bodies, dtype="i32", doc="part of a body: the smallest number of a body in it")
         self.starts = field("starts", len(port.surfaces) + 1, dtype="i32", doc="first movers of the groups, then their places on the list")
         self.start = field("start", port.n_discs + port.n_balls + 1, dtype="i32", doc="entries of an owner, in a search")
         self.movers = np.array([*(s.first.mover for s in port.surfaces), port.n], np.int32)
-        if port.n_discs and port.n_wide:
+        if port.n_discs and port.n_many:
             self.grid = CellGrid("pairs.grid", port.disc_x, port.n_discs, 1.0)  # its reach is that of each search
+        if port.thin:
+            self.face_grid = CellGrid("pairs.faces.grid", port.face_x, port.n_faces, 1.0)
 
     def search(self, parts: list[np.ndarray], reach: np.ndarray) -> list[np.ndarray]:
         """New candidates of these parts (arrays of body numbers); returns the parts as they are then.
@@ -131,22 +160,29 @@ class Pairs(Pool):
     def _search(self, part: np.ndarray, reach: float) -> np.ndarray:
         """Candidates with a body of this part, behind those that are there; returns the numbers of other bodies among them."""
         port = self.port
-        port.linked.fill(0)
+        runtime.fill(port.linked, 0)
         owners = port.n_discs + port.n_many + port.n_balls - port.n_wide
         before = self.n
         if port.n_balls > port.n_wide:
             self._collect(_few, owners, reach, port.n_discs, port.n_many, port.n_wide, port.n_balls)
-        if port.n_discs and port.n_wide and (port.widest[part] > 0.0).any():
+        if port.n_discs and port.n_many and (port.widest[part] > 0.0).any():
             largest = runtime.get(port.largest, port.n_bodies) + port.half
-            wide = self.n
-            for bodies in (np.arange(port.n_bodies), part):  # a grid of others' discs would list the part's own in another order
-                near = float((largest * (port.half > 0))[bodies].max()) + float(port.widest[bodies].max()) + reach
-                if bodies is part and (self.n == wide or near == self.grid.reach or runtime.get(port.linked, port.n_bodies).any()):
-                    break
-                self.n, self.grid.reach = wide, near
-                self.grid.rebuild()
-                self._collect(_near_discs, port.n_wide, reach, 1.0 / near, self.grid.table)
+            self._by_grid(self.grid, _near_discs, port.n_many, part, largest * (port.half > 0), reach)
+        if port.thin and (port.half[part] > 0.0).any():
+            largest = runtime.get(port.widest_face, port.n_bodies) + port.half
+            self._by_grid(self.face_grid, _near_faces, port.n_discs, part, largest * (port.half > 0), reach)
         return np.flatnonzero(runtime.get(port.linked, port.n_bodies)) if self.n > before else np.zeros(0, int)
+
+    def _by_grid(self, grid: CellGrid, look: Callable[..., None], owners: int, part: np.ndarray, largest: np.ndarray, reach: float) -> None:
+        """What the balls of `owners` find by a grid of discs or faces; largest (B,) [m]: of each body, from its place on the grid."""
+        port, wide = self.port, self.n
+        for bodies in (np.arange(port.n_bodies), part):  # a grid of others' elements would list the part's own in another order
+            near = float(largest[bodies].max()) + float(port.widest[bodies].max()) + reach
+            if bodies is part and (self.n == wide or near == grid.reach or runtime.get(port.linked, port.n_bodies).any()):
+                break
+            self.n, grid.reach = wide, near
+            grid.rebuild()
+            self._collect(look, owners, reach, 1.0 / near, grid.table)
 
     def _mark(self, part: np.ndarray) -> None:
         due = np.zeros(self.port.n_bodies, np.int32)
@@ -159,16 +195,72 @@ class Pairs(Pool):
             self.n = 0
             return
         self._mark(bodies)
-        self.n = _keep(self, self.n)
+        self.n = _keep(self, self.n) if runtime.one_by_one() else self._kept()
+
+    def _kept(self) -> int:
+        """The same as `_keep`, in NumPy."""
+        port = self.port
+        due, body = runtime.get(port.due, port.n_bodies), runtime.get(port.body, port.n)
+        keep = due[body[self._movers()[:, :2]]].sum(axis=1) == 0
+        for field in (self.ball, self.other, self.sort, self.p, *([self.q] if self.table.rubs else [])):
+            runtime.put(field, runtime.get(field, self.n)[keep])
+        return int(keep.sum())
+
+    def _movers(self) -> np.ndarray:
+        """(n, sides) movers on the sides of each pair, -1 where there is none: `_side`, in NumPy."""
+        port, get = self.port, runtime.get
+        other, sort = get(self.other, self.n), get(self.sort, self.n)
+        balls, discs = get(port.ball_mover, port.n_balls), get(port.disc_mover, max(port.n_discs, 1))
+        movers = np.full((self.n, self.sides), -1, np.int32)
+        movers[:, 0] = balls[get(self.ball, self.n)]
+        movers[sort == BALL, 1] = balls[other[sort == BALL]]
+        movers[sort == DISC, 1] = discs[other[sort == DISC]]
+        if port.thin:
+            corners = get(port.face_disc, port.n_faces)[other[sort == FACE]]
+            movers[sort == FACE, 1:] = np.where(corners < 0, -1, discs[corners])
+        return movers
 
     def list_movers(self) -> None:
         """The list of the port and the pairs of each mover on it, from the list of pairs."""
         port = self.port
-        runtime.put(self.starts, self.movers)
-        self.n_who = _incidence(self, self.n, port.n, port.n_bodies, len(self.movers))
-        self.bounds = runtime.get(self.starts, len(self.movers))
+        if runtime.one_by_one():
+            runtime.put(self.starts, self.movers)
+            self.n_who = _incidence(self, self.n, port.n, port.n_bodies, len(self.movers))
+            self.bounds = runtime.get(self.starts, len(self.movers))
+        else:
+            self._incidence()
         turning = [bound for s, bound in zip(port.surfaces, self.bounds, strict=False) if s.turns]
         port.turning = int(turning[0]) if turning else self.n_who
+        runtime.put(self.size, np.array([self.n_who, self.n, port.turning, port.n_bodies], np.int32))
+
+    def _incidence(self) -> None:
+        """The same as `_incidence`, in NumPy."""
+        port, put = self.port, runtime.put
+        movers = self._movers()
+        body = runtime.get(port.body, port.n)
+        root, before = np.arange(port.n_bodies, dtype=np.int32), None
+        one, other = np.unique(body[movers[:, :2]], axis=0).T
+        while before is None or (root != before).any():  # each link hands the smaller number on
+            before = root.copy()
+            np.minimum.at(root, other, root[one])
+            np.minimum.at(root, one, root[other])
+            root = root[root]
+        entry = np.flatnonzero(movers >= 0)  # its number is `sides` pair + side
+        mover = movers.ravel()[entry]
+        who, count = np.unique(mover, return_counts=True)
+        place = np.searchsorted(who, movers).astype(np.int32)
+        self.n_who = len(who)
+        self.bounds = np.searchsorted(who, self.movers)
+        put(self.root, root)
+        put(port.who, who)
+        put(port.whose, body[who])
+        put(self.part, root[body[who]])
+        put(self.first, np.concatenate([[0], np.cumsum(count)]).astype(np.int32))
+        put(self.entry, entry[np.argsort(mover, kind="stable")].astype(np.int32))
+        put(self.a, place[:, 0])
+        put(self.b, place[:, 1])
+        if port.thin:
+            put(self.corner, np.where(movers[:, 1:] < 0, place[:, [1, 2, 3, 3]], place[:, 1:]))  # of a triangle the last one twice
 
     def renew(self) -> None:
         self.list_movers()
@@ -220,9 +312,11 @@ def _may(pairs: ti.template(), bodies, one, other):
 
 
 @ti.func
-def _note(pairs: ti.template(), k, ball, other, flat):
-    pairs.ball[k], pairs.other[k], pairs.flat[k] = ball, other, flat
+def _note(pairs: ti.template(), k, ball, other, sort):
+    pairs.ball[k], pairs.other[k], pairs.sort[k] = ball, other, sort
     pairs.p[k] = 0.0
+    if ti.static(pairs.table.rubs):
+        pairs.q[k] *= 0.0
 
 
 @ti.kernel
@@ -243,7 +337,7 @@ def _few(
                     gap, normal = disc_gap(x, port.disc_n[o], radius, half, c, ball)
                     if gap < reach and _may(pairs, bodies, port.ball_body[p], one) == 1:
                         if write == 1:
-                            _note(pairs, base + pairs.start[o] + found, p, o, 1)
+                            _note(pairs, base + pairs.start[o] + found, p, o, DISC)
                         found += 1
         else:
             mine = o - discs
@@ -257,7 +351,7 @@ def _few(
                 if (port.ball_x[p] - c).norm_sqr() < far * far:
                     if port.ball_body[p] != one and _may(pairs, bodies, port.ball_body[p], one) == 1:
                         if write == 1:
-                            _note(pairs, base + pairs.start[o] + found, mine, p, 0)
+                            _note(pairs, base + pairs.start[o] + found, mine, p, BALL)
                         found += 1
         if write == 0:
             pairs.start[o + 1] = found
@@ -267,7 +361,7 @@ def _few(
 def _near_discs(
     pairs: ti.template(), n: ti.i32, reach: ti.f64, write: ti.i32, base: ti.i32, bodies: ti.i32, inverse: ti.f64, table: ti.i32
 ):
-    """Discs near the many balls and the thin ones, by the grid of the discs."""
+    """Discs near the many balls, by the grid of the discs."""
     port = pairs.port
     for j in range(n):
         found = 0
@@ -281,36 +375,88 @@ def _near_discs(
                     radius = port.ball_radius[j][port.disc_sound[i]]
                     far = radius + flat + half + reach
                     if (c - x).norm_sqr() < far * far:
-                        if all(cube(x, inverse) == there) and _two_things(pairs, j, i) == 1:
+                        if all(cube(x, inverse) == there):
                             gap, normal = disc_gap(x, port.disc_n[i], flat, half, c, radius)
                             if gap < reach and _may(pairs, bodies, one, port.disc_body[i]) == 1:
                                 if write == 1:
-                                    _note(pairs, base + pairs.start[j] + found, j, i, 1)
+                                    _note(pairs, base + pairs.start[j] + found, j, i, DISC)
                                 found += 1
         if write == 0:
             pairs.start[j + 1] = found
 
 
+@ti.kernel
+def _near_faces(
+    pairs: ti.template(), n: ti.i32, reach: ti.f64, write: ti.i32, base: ti.i32, bodies: ti.i32, inverse: ti.f64, table: ti.i32
+):
+    """Faces near the thin balls, one of each disc, by the grid of the faces."""
+    port = pairs.port
+    for d in range(n):
+        found = 0
+        c, one, ball = port.disc_x[d], port.disc_body[d], port.disc_half[d]
+        if write == 0 or pairs.start[d + 1] > pairs.start[d]:
+            for k in range(CUBES):
+                there, first, last = beside(pairs.face_grid, c, k, inverse, table)
+                for m in range(first, last):
+                    f = pairs.face_grid.sorted[m]
+                    x, half, size = port.face_x[f], port.disc_half[port.face_disc[f][0]], port.face_reach[f]
+                    far = ball + half + size + reach
+                    if size >= 0.0 and (c - x).norm_sqr() < far * far:
+                        if all(cube(x, inverse) == there) and _two_things(pairs, d, f) == 1:
+                            corners = port.face_disc[f]
+                            sides = ti.select(corners[3] < 0, 3, 4)
+                            corners[3] = ti.select(corners[3] < 0, corners[2], corners[3])
+                            split, q = nearest(
+                                port.disc_x[corners[0]], port.disc_x[corners[1]], port.disc_x[corners[2]], port.disc_x[corners[3]], sides, c
+                            )
+                            if (c - q).norm() - ball - half < reach and _may(pairs, bodies, one, port.disc_body[corners[0]]) == 1:
+                                if write == 1:
+                                    _note(pairs, base + pairs.start[d] + found, port.n_many + d, f, FACE)
+                                found += 1
+        if write == 0:
+            pairs.start[d + 1] = found
+
+
 @ti.func
-def _two_things(pairs: ti.template(), j, i):
-    """Whether the ball j and the disc i are two things that meet: of one shell, when they are far enough apart in the reference."""
+def _two_things(pairs: ti.template(), d, f):
+    """Whether the node of disc d and the face f are two things that meet: of one shell, when the node is no corner and farther than two
+    thicknesses from all of them in the reference. A sheet that is folded upon itself is 1.6 thicknesses longer on the way round."""
     port = pairs.port
     result = 1
-    if port.ball_body[j] == port.disc_body[i]:
-        mine = port.ball_mover[j] - port.disc_mover[i] + i  # the disc of the ball's own mover
-        apart = (port.disc_X[i] - port.disc_X[mine]).norm()
-        if apart <= 2.0 * (port.disc_radius[i] + port.disc_radius[mine]) + 4.0 * port.disc_half[i]:
-            result = 0
+    corners = port.face_disc[f]
+    if port.disc_body[d] == port.disc_body[corners[0]]:
+        for k in range(4):
+            if corners[k] >= 0:
+                if (port.disc_X[corners[k]] - port.disc_X[d]).norm() <= 4.0 * port.disc_half[d]:
+                    result = 0
     return result
 
 
 @ti.func
 def _other_mover(pairs: ti.template(), k):
+    """Of a face that of its first corner."""
     p = 0
-    if pairs.flat[k] == 1:
+    if pairs.sort[k] == BALL:
+        p = pairs.port.ball_mover[pairs.other[k]]
+    elif pairs.sort[k] == DISC:
         p = pairs.port.disc_mover[pairs.other[k]]
     else:
-        p = pairs.port.ball_mover[pairs.other[k]]
+        p = pairs.port.disc_mover[pairs.port.face_disc[pairs.other[k]][0]]
+    return p
+
+
+@ti.func
+def _side(pairs: ti.template(), k, side):
+    """Mover on a side of pair k (0: a, 1: b; of a face its corners, 1 to 4), -1 where there is none."""
+    p = -1
+    if side == 0:
+        p = pairs.port.ball_mover[pairs.ball[k]]
+    elif pairs.sort[k] == FACE:
+        d = pairs.port.face_disc[pairs.other[k]][side - 1]
+        if d >= 0:
+            p = pairs.port.disc_mover[d]
+    elif side == 1:
+        p = _other_mover(pairs, k)
     return p
 
 
@@ -321,10 +467,12 @@ def _keep(pairs: ti.template(), n: ti.i32) -> ti.i32:
     kept = 0
     ti.loop_config(serialize=True)
     for k in range(n):
-        ball, other, flat = pairs.ball[k], pairs.other[k], pairs.flat[k]
+        ball, other, sort = pairs.ball[k], pairs.other[k], pairs.sort[k]
         if port.due[port.ball_body[ball]] + port.due[port.body[_other_mover(pairs, k)]] == 0:
-            pairs.ball[kept], pairs.other[kept], pairs.flat[kept] = ball, other, flat
+            pairs.ball[kept], pairs.other[kept], pairs.sort[kept] = ball, other, sort
             pairs.p[kept] = pairs.p[k]
+            if ti.static(pairs.table.rubs):
+                pairs.q[kept] = pairs.q[k]
             kept += 1
     return kept
 
@@ -350,8 +498,10 @@ def _incidence(pairs: ti.template(), n: ti.i32, movers: ti.i32, bodies: ti.i32, 
             pairs.root[b] = b
         for k in range(n):
             one, other = port.ball_mover[pairs.ball[k]], _other_mover(pairs, k)
-            pairs.place[one + 1] += 1
-            pairs.place[other + 1] += 1
+            for side in range(ti.static(pairs.sides)):
+                p = _side(pairs, k, side)
+                if p >= 0:
+                    pairs.place[p + 1] += 1
             r, s = _root(pairs, port.body[one]), _root(pairs, port.body[other])
             pairs.root[ti.max(r, s)] = ti.min(r, s)
         for b in range(bodies):
@@ -371,19 +521,23 @@ def _incidence(pairs: ti.template(), n: ti.i32, movers: ti.i32, bodies: ti.i32, 
         while g < groups:
             pairs.starts[g] = listed
             g += 1
-        pairs.first[listed] = 2 * n
+        pairs.first[listed] = pairs.place[movers]
         for k in range(n):
-            for side in range(2):
-                p = port.ball_mover[pairs.ball[k]]
-                if side == 1:
-                    p = _other_mover(pairs, k)
-                pairs.entry[pairs.place[p]] = 2 * k + side
-                pairs.place[p] += 1
+            for side in range(ti.static(pairs.sides)):
+                p = _side(pairs, k, side)
+                if p >= 0:
+                    pairs.entry[pairs.place[p]] = ti.static(pairs.sides) * k + side
+                    pairs.place[p] += 1
         for m in range(listed):
             for e in range(pairs.first[m], pairs.first[m + 1]):
-                k = pairs.entry[e] // 2
-                if pairs.entry[e] % 2 == 0:
+                k, side = pairs.entry[e] // ti.static(pairs.sides), pairs.entry[e] % ti.static(pairs.sides)
+                if side == 0:
                     pairs.a[k] = m
-                else:
+                elif side == 1:
                     pairs.b[k] = m
+                if ti.static(pairs.port.thin):
+                    if side > 0 and pairs.sort[k] == FACE:
+                        pairs.corner[k][side - 1] = m
+                        if side == 3 and port.face_disc[pairs.other[k]][3] < 0:  # of a triangle the last one, which stands twice
+                            pairs.corner[k][3] = m
     return listed

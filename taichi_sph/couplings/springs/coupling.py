@@ -59,7 +59,7 @@ class Springs(Coupling):
         self.ends = Places("springs.ends", int(self.bounds[-1]), turning)
         who = np.concatenate([np.array(m, np.int32) for m in movers])
         runtime.put(self.ends.who, who)
-        self.ends.pushed[0] = 1
+        runtime.put(self.ends.pushed, np.ones(1, np.int32))
         place = {(id(s), i): int(b) + k for s, b, m in zip(self.surfaces, self.bounds, movers) for k, i in enumerate(m)}
         self.bonds = Bonds(springs, held, place, len(who))
 

@@ -13,7 +13,7 @@ from ...errors import SceneError, nearest
 from ...scene import Scene
 from ...scene.check import shortened
 from ..folder import RunFolder
-from . import cracks, entry, fluid, fragments, leak, perforation, plates, waves
+from . import column, cracks, entry, fluid, fragments, leak, perforation, plates, solids, waves
 
 Measure = Callable[..., float | None]
 
@@ -73,7 +73,15 @@ MEASURES: dict[str, tuple[Measure, str]] = {  # name -> function, unit
     "outflow": (fluid.outflow, ""),
     "core_speed": (fluid.core_speed, ""),
     "momentum_drift": (fluid.momentum_drift, ""),
+    "body_length": (solids.body_length, "m"),
+    "body_diameter": (solids.body_diameter, "m"),
     "layer_pressure": (fluid.layer_pressure, "Pa"),
+    "face_pressure": (column.face_pressure, "Pa"),
+    "face_pressure_peak": (column.face_pressure_peak, "Pa"),
+    "face_frequency": (column.face_frequency, "Hz"),
+    "axial_speed": (column.axial_speed, "m/s"),
+    "front_speed": (column.front_speed, "m/s"),
+    "column_ratio": (column.column_ratio, ""),
 }
 
 
@@ -106,6 +114,8 @@ def _whose(scene: Scene, name: str, option: str) -> tuple[list[str], list[str]]:
     if option == "fluid":
         filled = [fluid.name for fluid in scene.fluids if getattr(fluid.fill, "shell", None) is not None]
         return (filled, filled) if function.__module__ == leak.__name__ else (fluids, fluids)
+    if function.__module__ == solids.__name__:
+        return (found := [solid.name for solid in scene.solids]), found
     shells = [shell.name for shell in scene.shells]
     return shells, [] if function is perforation.time_to_rupture else shells
 

@@ -26,7 +26,7 @@ RISEN = 0.9  # of the median speed: the rise is over
 def body_pattern(run: RunFolder, scene: Scene, body: str | None = None, cut: int = 0) -> Pattern:
     """The broken cells of a body at the end of the run, seen from one of its cuts."""
     file = run.the("shell", body)
-    cuts = next((shell.cuts for shell in scene.shells if shell.name == file.name), ())
+    cuts = getattr(scene.body(file.name), "cuts", ())
     return pattern(file.body(-1), cuts, int(cut))
 
 
@@ -278,7 +278,7 @@ def crack_width(
     there, plus one spacing. None where no crack crosses."""
     file = run.the("shell", body)
     last = file.body(-1)
-    cuts = next((shell.cuts for shell in scene.shells if shell.name == file.name), ())
+    cuts = getattr(scene.body(file.name), "cuts", ())
     p = pattern(last, cuts, int(cut), None if damage is None else last.cell_data["damage"] >= damage)
     place = p.near + at * (p.far - p.near)
     if len(p.along) == 0:

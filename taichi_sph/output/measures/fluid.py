@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from ...bodies.rigid.solid import solid_of
 from ...errors import SceneError
 from ...frame import BodyFrame
 from ...scene import Fluid, Scene
@@ -197,14 +198,15 @@ def momentum_drift(run: RunFolder, scene: Scene) -> float:
     Frames keep single precision: 1e-6 is nothing.
     """
     rigids = {name: of(run, name) for name in striker_names(run)}
-    mass = {body.name: body.mass for body in scene.rigids}
+    mass = {body.name: solid_of(body, scene).mass for body in scene.rigids}
     density = {fluid.name: fluid.water.density for fluid in scene.fluids}
 
     def water(frame: BodyFrame) -> np.ndarray:
         return density[frame.name] * frame.point_data["diameter"][0] ** 3 * frame.point_data["velocity"].astype(float).sum(axis=0)
 
     def solid(t: float) -> np.ndarray:
-        return sum(mass[n] * np.array([np.interp(t, h.time, h[f"v{a}"]) for a in "xyz"]) for n, h in rigids.items())
+        each = [mass[n] * np.array([np.interp(t, h.time, h[f"v{a}"]) for a in "xyz"]) for n, h in rigids.items()]
+        return np.sum(each, axis=0) if each else np.zeros(3)
 
     pools = [between(run, 0.0, math.inf, fluid.name) for fluid in scene.fluids]
     sums = np.array([sum(water(frame) for _, frame in instant) + solid(instant[0][0]) for instant in zip(*pools, strict=True)])

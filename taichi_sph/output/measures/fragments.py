@@ -20,7 +20,8 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
 from ...frame import BodyFrame
-from ...geometry.regions import inside
+from ...geometry.regions import inside, nodes_in
+from ...geometry.surfaces import mesh_of
 from ...scene import Scene, Shell
 from ..folder import RunFolder
 from ..histories import write_history
@@ -117,7 +118,13 @@ def ruptured(body: BodyFrame) -> np.ndarray:
 
 def held_nodes(scene: Scene, body: BodyFrame) -> np.ndarray:
     """(N,) bool: nodes that a motion of the scene holds or drives."""
-    caught = [inside(motion.where, body.reference) for motion in scene.loads_of("motions", body.name)]
+    caught = []
+    for motion in scene.loads_of("motions", body.name):
+        of = getattr(motion.where, "of", motion.where)
+        if of.kind == "group":
+            caught.append(nodes_in(motion.where, mesh_of(shell_of(scene, body.name), scene)))
+        else:
+            caught.append(inside(motion.where, body.reference))
     return np.any(caught, axis=0) if caught else np.zeros(len(body.reference), dtype=bool)
 
 
@@ -141,6 +148,9 @@ def fragments(body: BodyFrame, scene: Scene | None = None) -> Fragments:
     held[:1] = scene is None or 2 * area[order[:1]] > node_area.sum()
     ends = label[np.unique(border(cells)) if scene is None else held_nodes(scene, body)]
     held[ends[ends >= 0]] = True
+    if "weight" in body.cell_data:  # of a shell in parts: the elements hold what overlaps them
+        tied = label[cells[(np.asarray(body.cell_data["weight"]) < 1.0) & live(body)]]
+        held[tied[tied >= 0]] = True
     return Fragments(body, label, node_area, area[order], np.bincount(label[alive], minlength=len(order)), held)
 
 
@@ -377,16 +387,23 @@ def light(body: BodyFrame, centre: np.ndarray, direction: np.ndarray, reach: flo
 
 
 def shell_of(scene: Scene, name: str) -> Shell:
-    return next(shell for shell in scene.shells if shell.name == name)
+    return scene.body(name)
 
 
-def mass_per_area(shell: Shell) -> float:
-    return shell.thickness * shell.material.density
+def mass_of(f: Fragments, shell: Shell, number: int) -> float:
+    """Mass of a fragment, -1: of all the dust [kg]. Frames of a shell of several sections say what their cells weigh."""
+    mine = f.label == number
+    if "areal_mass" not in f.body.cell_data:
+        return shell.thickness * shell.material.density * float(f.node_area[mine].sum())
+    weights = np.asarray(f.body.cell_data["areal_mass"], float) * cell_areas(f.body.reference, f.body.cells)
+    corner = f.body.cells >= 0
+    share = np.repeat((weights / corner.sum(axis=1))[:, None], 4, axis=1)
+    return float(np.bincount(f.body.cells[corner], share[corner], minlength=len(mine))[mine].sum())
 
 
 def table(f: Fragments, shell: Shell) -> dict[str, np.ndarray]:
     """Columns of fragments.csv: a row for each fragment, the largest first, then one (-1) for all the dust."""
-    body, areal = f.body, mass_per_area(shell)
+    body = f.body
     rows = []
     for number in [*range(len(f.area)), *([-1] if f.dust.any() else [])]:
         mine = f.label == number
@@ -394,7 +411,7 @@ def table(f: Fragments, shell: Shell) -> dict[str, np.ndarray]:
         place, velocity = f.of(body.points, number), f.of(body.point_data["velocity"], number)
         size = f.size(number) if number >= 0 else 0.0
         held = int(number >= 0 and f.held[number])
-        rows.append((number, int(mine.sum()), areal * area, area, size, *place, *velocity, held))
+        rows.append((number, int(mine.sum()), mass_of(f, shell, number), area, size, *place, *velocity, held))
     return {name: np.array(values) for name, values in zip(UNITS, zip(*rows, strict=True), strict=True)}
 
 
@@ -436,14 +453,14 @@ def largest_fragment_mass(run: RunFolder, scene: Scene, *, body: str | None = No
     """Mass [kg] of the largest fragment that is not held; 0 without one."""
     last = _last(run, body)
     f = fragments(last, scene)
-    return float(f.area[f.free[0]]) * mass_per_area(shell_of(scene, last.name)) if len(f.free) else 0.0
+    return mass_of(f, shell_of(scene, last.name), int(f.free[0])) if len(f.free) else 0.0
 
 
 def dust_mass(run: RunFolder, scene: Scene, *, body: str | None = None) -> float:
     """Mass [kg] of the nodes without a live cell."""
     last = _last(run, body)
     f = fragments(last)
-    return float(f.node_area[f.dust].sum()) * mass_per_area(shell_of(scene, last.name))
+    return mass_of(f, shell_of(scene, last.name), -1)
 
 
 def plug_diameter(run: RunFolder, scene: Scene, *, body: str | None = None) -> float:

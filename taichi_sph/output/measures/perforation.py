@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from ...bodies.rigid.solid import solid_of
 from ...errors import SceneError, nearest
 from ...scene import Scene
 from ..folder import RunFolder
@@ -96,7 +97,7 @@ def striker_energy_lost(run: RunFolder, scene: Scene, *, striker: str | None = N
     """Energy of translation [J] that a rigid body lost from the start to the end: m (v0^2 - v1^2) / 2."""
     history = of(run, striker)
     name = history.path.stem.removeprefix(PREFIX)
-    mass = next(rigid.mass for rigid in scene.rigids if rigid.name == name)
+    mass = solid_of(next(rigid for rigid in scene.rigids if rigid.name == name), scene).mass
     v = speeds(history)
     return float(0.5 * mass * (v[0] ** 2 - v[-1] ** 2)) if len(v) else 0.0
 
@@ -110,7 +111,7 @@ def peak_force(run: RunFolder, scene: Scene, *, striker: str | None = None, star
 
 def first_rupture(run: RunFolder, body: str | None = None) -> float | None:
     """When [s] the first cell of a shell (of any, when none is named) broke; None: it did not."""
-    files = run.of_kind("shell") if body is None else [run.frames(body)]
+    files = run.of_kind("shell") if body is None else [run.the("shell", body)]
     times = []
     for file in files:
         last = file.body(-1)

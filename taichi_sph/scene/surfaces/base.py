@@ -28,7 +28,7 @@ class HoleIn(Frozen):
 class Shaped(Frozen):
     """Base of the surfaces that are generated. `gross` [m2] is their area without holes."""
 
-    holes: tuple[HoleIn, ...] = ()
+    holes: Annotated[tuple[HoleIn, ...], Field(max_length=2000)] = ()
 
     @property
     def gross(self) -> float:

@@ -2,7 +2,8 @@
 
 Cost: processor seconds of the time loop, of which other programs on the machine take no part, and free of the machine
 node-steps and bytes of fields. Points are compared by processor seconds; where the scene as it is takes less than LEAST of
-them, loading and compiling the kernels is much of it, and node-steps compare. Error of a point: the largest over the judged quantities of
+them, loading and compiling the kernels is much of it, and node-steps compare (not of a scene that asks for equilibrium, where a step is as
+long as Newton's method takes). Error of a point: the largest over the judged quantities of
 
     |value - reference| / |reference|
 

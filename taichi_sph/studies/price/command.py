@@ -81,7 +81,8 @@ def main(
             series = [p for p in points if p["status"] == "done" and only_spacing(p["settings"])]
             refs = references(points[0], names, series, entries)
             thesis = next((name for name in (THESIS, PAPER) if name in chosen and scene.shells), None)
-            measure = "processor" if points[0]["processor"] >= LEAST else "node_steps"
+            # a search for equilibrium has few steps, and each is as long as Newton's method takes
+            measure = "processor" if points[0]["processor"] >= LEAST or getattr(scene, "static", None) is not None else "node_steps"
             for p in points:
                 p["error"], p["cost"] = error_of(p, refs, counts), p[measure]
             if seeds and any(shell.material.critical_damage is not None for shell in scene.shells):

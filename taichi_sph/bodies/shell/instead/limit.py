@@ -75,7 +75,7 @@ class LimitSearch(Pool):
     def _rest(self) -> None:
         nodes = self.group.nodes
         for field in [nodes.u, nodes.v] + ([nodes.d, nodes.omega] if nodes.bends else []):
-            field.fill(0.0)
+            runtime.fill(field, 0.0)
 
     def _grows(self, dt: float) -> bool:
         group = self.group

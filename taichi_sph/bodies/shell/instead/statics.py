@@ -111,7 +111,9 @@ class Relaxation(Pool):
             shear = runtime.get(group.points.shear, group.points.n)
             constants = zip(*(group.material.numbers(key) for key in ("young", "thickness", "poisson")))
             stiff = [young * e / (1.0 - nu**2) for young, e, nu in constants]
-            ratios = [min(1.0, shear[body.points.rows].mean() / K) for body, K in zip(group.shells, stiff)]
+            firsts = [body.first_sheet for body in group.shells]
+            stiffest = [max(stiff[k : k + len(body.made.sheets)]) for k, body in zip(firsts, group.shells)]
+            ratios = [min(1.0, shear[body.points.rows].mean() / K) for body, K in zip(group.shells, stiffest)]
             runtime.put(self.ratio, by_node(group.shells, ratios))
         else:
             runtime.put(self.ratio, np.ones(nodes.n))
@@ -270,7 +272,7 @@ class Relaxation(Pool):
 
     def _keep(self) -> None:
         nodes = self.group.nodes
-        self._start = [(f, f.to_numpy()) for f in ([nodes.u, nodes.d] if nodes.bends else [nodes.u])]
+        self._start = [(f, runtime.get(f, nodes.n)) for f in ([nodes.u, nodes.d] if nodes.bends else [nodes.u])]
 
     def _again(self) -> bool:
         """Back to the start of the increment with nodes four times heavier across the shell; False when they weigh
@@ -286,7 +288,7 @@ class Relaxation(Pool):
     def _back(self) -> None:
         """To where the relaxation began."""
         for field, values in self._start:
-            field.from_numpy(values)
+            runtime.put(field, values)
 
     def _settle(self, time: float) -> None:
         group = self.group
@@ -322,10 +324,10 @@ class Relaxation(Pool):
     def _rest(self) -> None:
         """Start from rest."""
         nodes = self.group.nodes
-        nodes.v.fill(0.0)
+        runtime.fill(nodes.v, 0.0)
         if nodes.bends:
-            nodes.omega.fill(0.0)
-        self.damping.fill(0.0)
+            runtime.fill(nodes.omega, 0.0)
+        runtime.fill(self.damping, 0.0)
         self._since = 0
 
     def _worst(self) -> str:

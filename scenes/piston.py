@@ -1,0 +1,212 @@
+"""The ONERA piston (T 5.1, 5.2): a falling mass drives a piston into a cylinder full of water, and the water out of a hole in its base.
+
+A chariot of 245 kg falls on the stem of a piston at `velocity`; the stem is a spring that only pushes, the piston a rigid disc. Their mass
+and stiffness are not in T: 3 kg and 2.7e8 N/m follow from the measured 1600 Hz (docs/piston.md). The base of `specimen` E14 and E20 is
+rigid, 25 mm thick, with a hole of 14 and 20 mm whose rim is sharp and whose bore is full of water at the start: the tape opens at once.
+`wall` "elastic": sound in the column is slowed as the steel of the cylinder gives way (Korteweg; thick wall); "rigid": it is that of water.
+The pressure is the mean over a disc of 6 mm on the wall, 25 mm above the base. Two planes mirror a quarter; `whole` = True does without.
+
+`dissipation` "viscosity" with `alpha` = 1 is what the handbook of T's code recommends (T 1.3.3): its viscosity in the hole doubles the
+pressure.
+
+    python scenes/piston.py --quality draft --set specimen=E20 --set velocity=5 --out DIR
+"""
+
+import math
+from typing import Literal
+
+from taichi_sph.scene import (
+    Ball,
+    Box,
+    Dimensionless,
+    DiscFace,
+    Fluid,
+    FluidRound,
+    Length,
+    Mass,
+    Meeting,
+    Numerics,
+    Output,
+    Outside,
+    Pinball,
+    Quality,
+    Quantity,
+    Rigid,
+    Scene,
+    Speed,
+    Spring,
+    Stiffness,
+    Time,
+    TubeFace,
+    Wall,
+    Water,
+)
+
+SPACING = {"draft": 2.9e-3, "standard": 2.05e-3, "paper": 1.45e-3}  # m; standard: T's
+HOLES = {"E14": 0.014, "E20": 0.020}  # m
+BASE, HIGH, RADIUS = 0.025, 0.205, 0.040  # m: thickness of the base, height with it, inner radius
+CHARIOT, G = 245.0, 9.81
+TRAVEL = 0.05  # m, of the piston at most
+SENSOR, ABOVE = 3e-3, 25e-3  # m: radius, height over the base
+SOUND, STEEL, POISSON, OUTER = 1450.0, 211e9, 0.3, 0.055
+
+
+def slowed(sound: float = SOUND, density: float = 1000.0) -> float:
+    """Speed of long waves in water in a thick tube [m/s]."""
+    give = (OUTER**2 + RADIUS**2) / (OUTER**2 - RADIUS**2) + POISSON
+    return sound / math.sqrt(1 + 2 * density * sound**2 * give / STEEL)
+
+
+def scene(
+    quality: Quality = "draft",
+    specimen: Literal["E14", "E20"] = "E20",
+    velocity: Speed = 5.0,
+    wall: Literal["elastic", "rigid"] = "elastic",
+    piston: Mass = 3.0,
+    stem: Stiffness = 2.7e8,
+    spacing: Length | None = None,
+    duration: Time = 10e-3,
+    dissipation: Literal["viscosity", "riemann"] = "riemann",
+    alpha: Dimensionless = 1.0,
+    whole: bool = False,
+) -> Scene:
+    d = spacing or SPACING[quality]
+    hole, height = HOLES[specimen], HIGH - BASE
+    r, share, reach = 0.5 * hole, 1.0 if whole else 0.25, 5 * d
+    kept = () if whole else (Box(lo=(0, 0, None)),)
+    at = RADIUS / math.sqrt(2)
+    spot = Ball(centre=(at, at, ABOVE), radius=SENSOR)
+    tube = {"start": (0, 0, 0), "end": (0, 0, height + reach), "radius": RADIUS}
+    top, guide = height + 0.1, (1e3, 1e3, 1e3)
+
+    def fixed(name: str, z: float, *faces: DiscFace | TubeFace, balls: list[Pinball] | None = None) -> Rigid:
+        away = [Pinball(centre=(2 * RADIUS, 0, z), radius=5e-3)]  # a body has a ball, and water sees the faces
+        return Rigid(name=name, mass=1.0, held=True, pinballs=balls or away, faces=faces)
+
+    return Scene(
+        name="piston",
+        title=f"ONERA piston, {specimen}A{velocity:g}",
+        source="T 5.2.4.1",
+        gravity=(0, 0, -G),
+        fluids=[
+            Fluid(
+                name="water",
+                fill=FluidRound(columns=[(RADIUS, 0, height), (r, -BASE, 0)], quarter=not whole),
+                water=Water(sound=slowed() if wall == "elastic" else SOUND),
+                **({"alpha": alpha} if dissipation == "viscosity" else {"dissipation": dissipation}),
+            )
+        ],
+        walls=[] if whole else [Wall(point=(0, 0, 0), normal=(1, 0, 0)), Wall(point=(0, 0, 0), normal=(0, 1, 0))],
+        rigids=[
+            fixed("cylinder", 0.1, TubeFace(**tube, within=(*kept, Outside(of=spot))), balls=way(d, height, whole)),
+            fixed("sensor", 0.05, TubeFace(**tube, within=(*kept, spot))),
+            fixed(
+                "base",
+                -0.02,
+                DiscFace(centre=(0, 0, 0), normal=(0, 0, 1), radius=RADIUS, hole=r, within=kept),
+                TubeFace(start=(0, 0, -BASE), end=(0, 0, 0), radius=r, within=kept),
+                DiscFace(centre=(0, 0, -BASE), normal=(0, 0, -1), radius=r + reach, hole=r, within=kept),
+            ),
+            Rigid(
+                name="piston",
+                mass=piston * share,
+                inertia=guide,
+                pinballs=[Pinball(centre=(0, 0, height + 0.04), radius=0.03), *seal(d, height, whole)],
+                faces=[
+                    DiscFace(centre=(0, 0, height), normal=(0, 0, -1), radius=RADIUS, within=kept),
+                    TubeFace(start=(0, 0, height), end=(0, 0, height + reach), radius=RADIUS, water="outside", within=kept),
+                ],
+            ),
+            Rigid(
+                name="chariot",
+                mass=CHARIOT * share,
+                inertia=guide,
+                velocity=(0, 0, -velocity),
+                pinballs=[Pinball(centre=(0, 0, top + 0.1), radius=0.1)],
+            ),
+        ],
+        meetings=[Meeting(between=("piston", other), meet=False) for other in ("chariot", "cylinder")],
+        springs=[
+            Spring(
+                name="stem",
+                between=("chariot", "piston"),
+                points=((0, 0, top + 0.1), (0, 0, height + 0.04)),
+                stiffness=stem * share,
+                only="push",
+            )
+        ],
+        duration=duration,
+        numerics=Numerics(spacing=d),
+        output=Output(frames=100, samples=2000),
+        quantities=quantities(specimen, velocity, piston, stem),
+    )
+
+
+def ring(d: float, whole: bool) -> list[tuple[float, float]]:
+    """Directions around the axis, about d apart on the wall."""
+    n = math.ceil(0.5 * math.pi * RADIUS / d)
+    turns = [0.5 * math.pi * (k + 0.5) / n for k in range(4 * n if whole else n)]
+    return [(math.cos(turn), math.sin(turn)) for turn in turns]
+
+
+def seal(d: float, height: float, whole: bool) -> list[Pinball]:
+    """Balls that touch the rim of the piston's face from above: pressure alone does not keep the gap to the cylinder tight."""
+    ball = 1.2 * d
+    return [Pinball(centre=(RADIUS * x, RADIUS * y, height + ball), radius=ball) for x, y in ring(0.5 * d, whole)]
+
+
+def way(d: float, height: float, whole: bool) -> list[Pinball]:
+    """Balls behind the wall where the piston goes: it ploughs water along, which would press itself into the wall."""
+    ball = 4 * d
+    rows = math.ceil(TRAVEL / (1.5 * d))
+    heights = [height + 2 * d - 1.5 * d * k for k in range(rows + 1)]
+    return [Pinball(centre=((RADIUS + ball) * x, (RADIUS + ball) * y, z), radius=ball) for x, y in ring(1.5 * d, whole) for z in heights]
+
+
+def quantities(specimen: str, velocity: float, piston: float, stem: float) -> list[Quantity]:
+    r, bar = 0.5 * HOLES[specimen], 1e5
+    measured: dict[str, dict[str, float | str]] = {}
+    if velocity in (2.0, 5.0):
+        slow = velocity == 2.0
+        if specimen == "E14":
+            low, high = (58, 83) if slow else (210, 277)
+            measured["peak"] = {"value": 0.5 * (low + high) * bar, "tolerance": 0.5 * (high - low) * bar, "source": "T 5.2.1, measured"}
+        else:
+            low, high, jet = (8, 12, 45) if slow else (40, 65, 92)
+            measured["late"] = {
+                "value": 0.5 * (low + high) * bar,
+                "tolerance": 0.5 * (high - low) * bar,
+                "source": "1/2 rho of the measured jet, column model",
+            }
+            measured["jet"] = {"value": jet, "tolerance": 0.05 * jet, "source": "T 5.2.4.1, measured from films"}
+        measured["frequency"] = {"value": 1600.0, "tolerance": 160.0, "source": "T table 5.2, measured"}
+    late = {"start": 2e-3, "end": 4e-3}
+    exit_ = {"top": -BASE, "bottom": -BASE - 2 * r, "radius": 0.8 * r}
+    column: dict[str, float | str] = {
+        "face": "sensor",
+        "speed": velocity,
+        "falling": CHARIOT,
+        "mass": piston,
+        "stiffness": stem,
+        "radius": RADIUS,
+        "height": HIGH - BASE,
+        "hole": r,
+        "slug": BASE,
+        "contraction": 0.65,
+    }
+    sensor = {"face": "sensor"}
+    return [
+        Quantity(name="face_pressure_peak", unit="Pa", options={**sensor, "start": 0.0, "end": 2e-3}, **measured.get("peak", {})),
+        Quantity(name="face_pressure", unit="Pa", options={**sensor, **late}, **measured.get("late", {})),
+        Quantity(name="column_ratio", value=1.0, tolerance=0.15, source="column model", options={**column, **late}),
+        Quantity(name="axial_speed", unit="m/s", options={**exit_, "start": 0.6e-3, "end": 1.2e-3}),
+        Quantity(name="axial_speed", unit="m/s", options={**exit_, **late}, **measured.get("jet", {})),
+        Quantity(name="front_speed", unit="m/s", options={"start": 1e-3, "end": 2.5e-3}),
+        Quantity(name="face_frequency", unit="Hz", options={**sensor, "start": 0.5e-3, "low": 1000.0}, **measured.get("frequency", {})),
+    ]
+
+
+if __name__ == "__main__":
+    from taichi_sph.cli import main
+
+    main(scene)

@@ -1,0 +1,96 @@
+"""Scene -> pools of solids: meshes become nodes and cells, loads become node lists."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...geometry.regions import inside
+from ...geometry.solids import SolidMesh, mesh_of
+from ...scene import Scene, Step
+from ..body import Span
+from .said import Solid
+
+
+@dataclass(frozen=True)
+class SolidBody:
+    """One solid of a group: what was said of it, its mesh, and its share of the pools."""
+
+    said: Solid
+    mesh: SolidMesh
+    nodes: Span
+    cells: Span
+
+    @property
+    def name(self) -> str:
+        return self.said.name
+
+
+def laws(solid: Solid) -> tuple:
+    """What is compiled for a solid. Solids of the same laws stand in one pool; numbers do not count, for they are fields."""
+    material = solid.material
+    strength, damage = material.strength, material.damage
+    hardens = (
+        None
+        if strength is None
+        else (strength.kind == "table", strength.kind == "johnson_cook", getattr(strength, "heat", None) is not None)
+    )
+    breaks = None if damage is None else (damage.kind, getattr(damage, "strain", None), getattr(damage, "rubble", None))
+    return (hardens, breaks, material.delay is not None, material.critical_damage is not None, solid.viscous, solid.formulation.kind)
+
+
+def alike(solids: Sequence[Solid]) -> Iterator[tuple[str, list[Solid]]]:
+    """The solids of the same laws together, in the order of the first of them; before each set the end of the names of its pools."""
+    found: dict[tuple, list[Solid]] = {}
+    for solid in solids:
+        found.setdefault(laws(solid), []).append(solid)
+    for k, same in enumerate(found.values(), start=1):
+        yield f"_{k}" if k > 1 else "", same
+
+
+def bodies_of(scene: Scene, solids: Sequence[Solid]) -> tuple[SolidBody, ...]:
+    """Their meshes, one after the other."""
+    made: list[SolidBody] = []
+    node, cell = 0, 0
+    for solid in solids:
+        mesh = mesh_of(solid, scene)
+        n, m = len(mesh.points), len(mesh.cells)
+        made.append(SolidBody(solid, mesh, Span(solid.name, node, n), Span(solid.name, cell, m)))
+        node, cell = node + n, cell + m
+    return tuple(made)
+
+
+def _loaded(scene: Scene, bodies: Sequence[SolidBody], key: str) -> Iterator[tuple[SolidBody, Any, np.ndarray]]:
+    """Each load under that key with its body and its nodes, by their numbers in the body."""
+    for body in bodies:
+        for load in scene.loads_of(key, body.name):
+            yield body, load, np.flatnonzero(inside(load.where, body.mesh.points))
+
+
+def node_forces(scene: Scene, bodies: Sequence[SolidBody], mass: np.ndarray) -> Iterator[tuple]:
+    """For bodies.nodal.loads: (node numbers, (n, 3) forces, history) of every NodalForce, and gravity. A force is shared by the areas of
+    the nodes on the surface; where it catches none of those, by their volumes."""
+    for body, load, i in _loaded(scene, bodies, "forces"):
+        own = body.mesh.node_areas[i]
+        own = own if own.any() else body.mesh.node_volumes[i]
+        yield body.nodes.first + i, (own / own.sum())[:, None] * np.asarray(load.total), load.history.points
+    if scene.gravity is not None:
+        yield np.arange(len(mass)), mass[:, None] * np.asarray(scene.gravity), Step().points
+
+
+def node_motions(scene: Scene, bodies: Sequence[SolidBody]) -> Iterator[tuple]:
+    """For bodies.nodal.loads: (node numbers, mask, velocity, no mask and no spin, history) of every PrescribedVelocity."""
+    for body, motion, i in _loaded(scene, bodies, "motions"):
+        given = motion.velocity
+        yield body.nodes.first + i, [v is not None for v in given], [v or 0.0 for v in given], (), (), motion.history.points
+
+
+def initial_velocity(scene: Scene, bodies: Sequence[SolidBody]) -> np.ndarray:
+    """(N, 3) velocities at t = 0; later entries of the scene overwrite earlier ones."""
+    v = np.zeros((sum(body.nodes.n for body in bodies), 3))
+    for body, start, i in _loaded(scene, bodies, "initial"):
+        v[body.nodes.first + i] = start.at(body.mesh.points[i])
+    return v

@@ -1,0 +1,87 @@
+"""Solids as the user says them, and the forms in which they are computed. No Taichi here."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field, StrictBool, model_validator
+
+from ...scene.base import Body, Choice, Frozen
+from ...scene.kinds import Kind
+from ...scene.materials import Material
+from ...scene.solids import Made, Shape
+from ...scene.units import Dimensionless, Length, show
+
+
+class Trilinear(Frozen):
+    """Finite elements: the functions of a cell's own corners. `stabilisation`: gamma, which pulls corners back to the cell's own linear
+    field; with 1/6 one cube bends as a beam does."""
+
+    kind: Literal["trilinear"] = "trilinear"
+    label: ClassVar[str] = "trilinear"
+    stabilisation: Annotated[Dimensionless, Field(ge=0, le=1)] = 1.0 / 6.0
+
+
+class Particles(Frozen):
+    """Smoothed particles: moving least squares of order 1 on the faces of the cells. `support` = h / D."""
+
+    kind: Literal["particles"] = "particles"
+    label: ClassVar[str] = "particles"
+    support: Annotated[Dimensionless, Field(ge=0.75, le=1.5)] = 0.85
+    stabilisation: Annotated[Dimensionless, Field(ge=0, le=1)] = 1.0 / 6.0
+
+
+class Solid(Body):
+    """A solid body: shape, material, form. `spacing` as in the numerics of the scene, for this body alone."""
+
+    bears: ClassVar[frozenset[str]] = frozenset({"forces", "motions", "initial", "probes"})
+    what: ClassVar[str] = "solid"
+    holds_springs: ClassVar[bool] = True
+    has_nodes: ClassVar[bool] = True
+
+    shape: Shape
+    material: Material
+    formulation: Annotated[Trilinear | Particles, *Choice] = Trilinear()
+    spacing: Annotated[Length, Field(gt=0)] | None = None
+    viscous: StrictBool = False  # bulk viscosity in compression, which takes the ringing behind a front
+
+    @model_validator(mode="after")
+    def _believable(self) -> Solid:
+        material = self.material
+        if material.damage is not None and material.damage.kind == "mazars":
+            raise ValueError(f"material.damage: 'mazars' is a law of shells, in plane stress; solid '{self.name}' takes 'concrete'")
+        if getattr(material.damage, "necks", None):
+            raise ValueError(f"material.damage.necks is of sheets, and '{self.name}' is a solid; leave it out")
+        for key in ("alpha", "kappa", "layers"):  # a scene that was read back has all keys: what counts is another value
+            if material.strength is not None and getattr(material.strength, key) != type(material.strength).model_fields[key].default:
+                raise ValueError(f"material.strength.{key} is of the cross-section of a shell, and '{self.name}' is a solid; leave it out")
+        if self.formulation.kind == "particles" and material.critical_damage is not None:
+            raise ValueError(
+                f"material.critical_damage: particles of a solid do not part yet, and '{self.name}' is of them; leave it out, and damage "
+                "grows without a crack, or set formulation to 'trilinear'"
+            )
+        return self
+
+    def check(self, scene: Any) -> None:
+        """Against the rest of the scene."""
+        where = scene.key_of(self)
+        scene.in_time("a solid moves", "solids")
+        spacing = scene.numerics_of(self).spacing
+        if isinstance(self.shape, Made) and spacing > self.shape.smallest * (1 + 1e-9):
+            key = f"{where}.spacing" if self.spacing is not None else "numerics.spacing"
+            raise ValueError(
+                f"{key} {show(spacing, 'm')} is larger than the body: {self.shape.kind} '{self.name}' takes at most "
+                f"{show(self.shape.smallest, 'm')}"
+            )
+        for number, motion in enumerate(scene.motions):
+            if motion.body == self.name and any(w is not None for w in motion.spin):
+                raise ValueError(f"motions[{number}].spin: the nodes of solid '{self.name}' do not turn; give velocities alone")
+        for other in scene.bodies:
+            if other.soft and scene.met(self.name, other.name).meet:
+                raise ValueError(
+                    f"{scene.key_of(other)}: {other.what} '{other.name}' does not press on solids yet; part them by "
+                    f"Meeting(between=('{self.name}', '{other.name}'), meet=False)"
+                )
+
+
+KIND = Kind("solid", "solids", Solid, "taichi_sph.bodies.solid.group:groups", rank=4)

@@ -1,0 +1,201 @@
+"""Arlequin as a coupling of the world: elements and particles of one shell, tied where they overlap.
+
+Damage is watched. An element is never torn, and where particles of the overlap break the elements under them hold on: neither is what
+the shell does, so the run stops where D_r reaches D_c in an element, or a particle of the overlap breaks. A crack inside changes the edge
+means of the sides near it. Where it comes near those with a jump of the weight, the constraints are made anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from ... import runtime
+from ...bodies.body import Group, Now, holding
+from ...bodies.shell.said import PARTICLES
+from ...errors import RunStopped, SceneError
+from ...pool import Pool
+from ...scene.schema import Scene
+from ...scene.units import show
+from ..coupling import Coupling
+from .constraints import Sides, constraints
+from .factor import LEAST, Factor, factorised
+from .tie import SWEEPS, Tie
+
+
+def couplings(scene: Scene, groups: Sequence[Group], own: Sequence[Any]) -> list[ArlequinCoupling]:
+    """One for each shell of elements with a patch. SceneError on devices whose shaders cut the long sums of its factor off."""
+    patched = [shell for shell in scene.shells if shell.patch is not None]
+    if patched and not runtime.functions_of_64_bits():
+        raise SceneError(
+            f"arch: the patch of shell '{patched[0].name}' is not possible on '{runtime.current().arch}'; use --arch cpu or cuda"
+        )
+    return [ArlequinCoupling(scene, groups, shell.name, k) for k, shell in enumerate(patched, start=1)]
+
+
+EVERY = 50  # steps between two looks at damage
+WARNED = 0.5  # of D_c: from there on the progress line tells
+
+
+class Watch(Pool):
+    """worst: the largest D_r / D_c so far of the elements and of the particles of the overlap. Constraints follow from the links that are
+    cut, also after a restart."""
+
+    kept = ("worst",)
+
+    def __init__(self, coupling: ArlequinCoupling, name: str):
+        super().__init__(name)
+        self.coupling, self.worst = coupling, 0.0
+
+    def renew(self) -> None:
+        self.coupling.follow()
+
+
+class ArlequinCoupling(Coupling):
+    """groups: that of the elements and that of the particles; tie: the constraints at work; seconds: of wall clock that they took."""
+
+    def __init__(self, scene: Scene, groups: Sequence[Group], name: str, number: int):
+        self.name = name
+        self.groups: tuple[Any, Any] = (holding(groups, name)[0], holding(groups, name + PARTICLES)[0])
+        self.elements, self.particles = self.groups
+        self.split = self.particles.shells[0].split
+        one, two = (runtime.get(group.nodes.mass, group.nodes.n).astype(np.float64) for group in self.groups)
+        self.mass = one, two
+        self.factor = self._factor()
+        if self.factor.smallest < LEAST:
+            raise SceneError(
+                f"{scene.key_of(scene.body(name))}.patch: the constraints of its overlap depend on each other (a pivot of "
+                f"{self.factor.smallest:.2g}); choose another region or another weight"
+            )
+        bends = self.elements.nodes.bends
+        self.tie = Tie(self.factor, self.mass, bends, self.split.patch.directors, f"arlequin_{number}" if number > 1 else "arlequin")
+        self._loose(scene)
+        self.seconds, self.seen = 0.0, 0
+        self.critical = self.particles.shells[0].said.material.critical_damage
+        self.watch = Watch(self, f"{self.tie.name}.watch")
+        rows = self.particles.internal.rows
+        start = runtime.get(rows.start, rows.n + 1)
+        self.near = np.concatenate([np.arange(start[e], start[e + 1]) for e in Sides.of(self.split).edge])
+        self.cut = self._cut()
+
+    def _factor(self) -> Factor:
+        """From the edge means of the particles as they are now."""
+        rows, nodes = self.particles.internal.rows, self.particles.nodes
+        coef, source = (runtime.get(field, rows.pairs) for field in (rows.coef, rows.source))
+        start = runtime.get(rows.start, rows.n + 1)
+        means = sp.csr_array((coef.astype(np.float64), source, start), shape=(rows.n, nodes.n))[: self.particles.internal.n_edges]
+        normals = self.split.fine.mesh.node_normals
+        return factorised(constraints(self.split, means, self.split.fine.mesh.points, normals), *self.mass)
+
+    def _loose(self, scene: Scene) -> None:
+        """SceneError where a support holds a node that is tied."""
+        for group, used in zip(self.groups, self.tie.used):
+            held = int((runtime.get(group.nodes.fixed, group.nodes.n)[used] > 0).sum())
+            if held:
+                raise SceneError(
+                    f"{scene.key_of(scene.body(self.name))}.patch: a prescribed motion holds {held} nodes that the overlap ties; move the "
+                    "patch three of its spacings away from the support"
+                )
+
+    def start(self) -> None:
+        """The velocities at t = 0 as near as the constraints let them be."""
+        self._project("v", False)
+        if self.tie.turns:
+            for _ in range(SWEEPS):
+                self._project("omega", True)
+
+    def _project(self, name: str, turning: bool) -> None:
+        fields = [getattr(group.nodes, name) for group in self.groups]
+        now = [runtime.get(field, group.nodes.n) for field, group in zip(fields, self.groups)]
+        if not any(values.any() for values in now):
+            return
+        normals = [body.mesh.node_normals for group in self.groups for body in group.shells]
+        rates = [np.cross(w, n) for w, n in zip(now, normals)] if turning else now
+        rows, L = self.factor.rows, self.factor.dense
+        C = rows.elements, -1.0 * rows.particles
+        lengths = np.ones(len(self.mass[0])), rows.length
+        l = np.linalg.solve(L @ L.T, rows(rates[0], rows.length[:, None] * rates[1] if turning else rates[1]))
+        for field, values, n, part, mass, length in zip(fields, rates, normals, C, self.mass, lengths):
+            change = (part.T @ l) / mass[:, None]
+            after = np.cross(n, values - length[:, None] * change) if turning else values - change
+            runtime.put(field, after.astype(values.dtype))
+
+    def _cut(self) -> np.ndarray:
+        """What is cut of the links of sides with a jump of the weight."""
+        rows = self.particles.internal.rows
+        return runtime.get(rows.cut, rows.pairs)[self.near]
+
+    def follow(self) -> None:
+        """The constraints of the edge means as they are, where a crack has changed them."""
+        now = self._cut()
+        if (now != self.cut).any():
+            self.cut, self.factor = now, self._factor()
+            self.tie.put(self.factor)
+
+    def meet(self, now: Now) -> None:
+        """What broke, and what is damaged."""
+        if self.particles.ruptures != self.seen:
+            self.seen = self.particles.ruptures
+            points = self.particles.points
+            broken = runtime.get(points.broken, points.n) > 0
+            if (broken & (self.split.of_particles < 1.0)).any():
+                self._stop(self.split.fine.mesh.centres[broken & (self.split.of_particles < 1.0)][0], now, "the overlap breaks")
+            self.follow()
+        if self.critical is not None and now.step % EVERY == 0:
+            self._look(now)
+
+    def _look(self, now: Now) -> None:
+        inner, outer = (runtime.get(group.points.delayed, group.points.n) for group in (self.particles, self.elements))
+        worst = max(float(outer.max()), float(inner[self.split.of_particles < 1.0].max())) / self.critical
+        self.watch.worst = max(self.watch.worst, worst)
+        if outer.max() >= self.critical:
+            element = int(outer.argmax()) // (self.elements.points.n // self.elements.cells.n)
+            self._stop(self.elements.mesh.centres[element], now, "an element would break")
+
+    def _stop(self, place: np.ndarray, now: Now, what: str) -> None:
+        """RunStopped: how far beyond the particles alone."""
+        inside = self.split.fine.mesh.centres[self.split.of_particles >= 1.0]
+        beyond = float(np.linalg.norm(inside - place, axis=1).min())
+        at = ", ".join(show(x, "m") for x in place)
+        raise RunStopped(
+            f"shell '{self.name}': its patch is too small: at ({at}) {what} at t = {now.time:.6g} s, {show(beyond, 'm')} outside of the "
+            f"particles; let the patch reach {show(beyond + 3 * self.split.whole.spacing, 'm')} farther there"
+        )
+
+    def correct(self, now: Now) -> None:
+        began = perf_counter()
+        self.tie.act(self.groups, now.kick)
+        self.seconds += perf_counter() - began
+
+    def status(self) -> dict[str, int]:
+        """A warning, once damage comes near."""
+        return {"% of D_c outside of the patch": round(100 * self.watch.worst)} if self.watch.worst >= WARNED else {}
+
+    def report(self) -> dict[str, float]:
+        """damage: the largest D_r / D_c of elements and overlap; velocities, directors: the largest difference that is left, of 1;
+        constraints: how many."""
+        velocities, directors = self.left()
+        return {"damage": self.watch.worst, "velocities": velocities, "directors": directors, "constraints": self.tie.n_rows}
+
+    def left(self) -> tuple[float, float]:
+        """Largest difference of what is tied: velocities over the largest one, and rates of directors over the largest one."""
+        rows, found = self.factor.rows, []
+        for turning in (False, True)[: 2 if self.tie.turns else 1]:
+            values = []
+            for group in self.groups:
+                nodes = group.nodes
+                v = runtime.get(nodes.omega if turning else nodes.v, nodes.n).astype(np.float64)
+                if turning:
+                    v = np.cross(v, runtime.get(nodes.N, nodes.n) + runtime.get(nodes.d, nodes.n))
+                values.append(v)
+            of_elements, of_particles = values[0], rows.length[:, None] * values[1] if turning else values[1]
+            size = np.sqrt(max(float(((abs(rows.elements) @ np.abs(of_elements)) ** 2).sum(axis=1).max()), 1e-300))
+            found.append(float(np.abs(rows(of_elements, of_particles)).max()) / size)
+        return found[0], found[-1] if self.tie.turns else 0.0
+
+    def pools(self) -> list[Pool]:
+        return [self.tie, self.watch]

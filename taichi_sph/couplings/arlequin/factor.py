@@ -1,0 +1,73 @@
+"""H = C M^-1 C^T, factorised once: it is constant, the same for all components, and for directors, whose inertia is proportional to mass.
+
+Rows are scaled to H_ii = 1 and numbered so that H has a narrow band (reverse Cuthill-McKee: along each ring of an overlap). NumPy, SciPy.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.linalg import cholesky_banded
+from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+from .constraints import Constraints
+
+LEAST = 1e-10  # of a pivot of the scaled H: below, two constraints are one
+
+
+@dataclass
+class Factor:
+    """rows: C, scaled and renumbered; lower (R, band + 1): L of H = L L^T, row by row, its diagonal last; first (R,): where a row of L
+    begins; smallest: pivot of H."""
+
+    rows: Constraints
+    lower: np.ndarray
+    first: np.ndarray
+
+    @property
+    def band(self) -> int:
+        return self.lower.shape[1] - 1
+
+    @property
+    def dense(self) -> np.ndarray:
+        """(R, R) L."""
+        n, band = self.first.size, self.band
+        found = np.zeros((n, n))
+        for k in range(band + 1):
+            i = np.arange(k, n)
+            found[i, i - k] = self.lower[i, band - k]
+        return found
+
+    @property
+    def smallest(self) -> float:
+        return float(self.lower[:, -1].min() ** 2)
+
+
+def factorised(found: Constraints, mass_of_elements: np.ndarray, mass_of_particles: np.ndarray) -> Factor:
+    """Of constraints on nodes of these masses [kg]."""
+    H = _gram(found.elements, mass_of_elements) + _gram(found.particles, mass_of_particles)
+    scale = 1.0 / np.sqrt(H.diagonal())
+    pattern = sp.csr_array((np.ones(len(H.indices)), H.indices, H.indptr), shape=H.shape)
+    order = reverse_cuthill_mckee(sp.csr_matrix(pattern), symmetric_mode=True)
+    elements, particles = (sp.csr_array(sp.diags_array(scale) @ C)[order] for C in (found.elements, found.particles))
+    rows = Constraints(elements, particles, found.length)
+    H = sp.coo_array((sp.diags_array(scale) @ H @ sp.diags_array(scale)).tocsr()[order][:, order])
+    n = H.shape[0]
+    i, j = H.coords
+    band = int(np.abs(i - j).max(initial=0))
+    banded = np.zeros((band + 1, n))
+    low = i >= j
+    banded[(i - j)[low], j[low]] = H.data[low]
+    L = cholesky_banded(banded, lower=True)
+    lower = np.zeros((n, band + 1))
+    for k in range(band + 1):
+        lower[k:, band - k] = L[k, : n - k]
+    first = np.full(n, n)
+    np.minimum.at(first, i, j)
+    return Factor(rows, lower, np.minimum(first, np.arange(n)))
+
+
+def _gram(C: sp.csr_array, mass: np.ndarray) -> sp.csr_array:
+    return sp.csr_array(C @ sp.diags_array(1.0 / mass) @ C.T)

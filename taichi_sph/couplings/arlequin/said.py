@@ -1,0 +1,7 @@
+"""What ties elements and particles of a shell is said of the shell (bodies/shell/said.py: Patch)."""
+
+from __future__ import annotations
+
+from ...scene.kinds import Kind
+
+KIND = Kind("arlequin", "", None, "taichi_sph.couplings.arlequin.coupling:couplings", rank=9)  # after contact: sees all other impulses

@@ -1,0 +1,187 @@
+"""The mesh of a solid, generated or read, made once as long as somebody holds it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable
+from typing import Any
+from weakref import WeakValueDictionary
+
+import numpy as np
+
+from ...errors import SceneError
+from ...scene import Scene
+from ...scene.plausible import MAX_NODES
+from ...scene.solids import Brick, Cells, Made, Ogive, Rod
+from ...scene.surfaces import MeshFile
+from ...scene.units import show
+from ..meshfile import APART, UNITS
+from ..meshfiles import foreign
+from ..meshfiles.raw import refused
+from .mesh import SolidMesh
+
+FLAT = 1e-2  # of the mean: a Jacobian determinant at a corner that is not above is that of a folded or flat cell
+_MADE: WeakValueDictionary[Hashable, SolidMesh] = WeakValueDictionary()
+
+
+def mesh_key(solid: Any, scene: Scene) -> Hashable:
+    """What the mesh of a solid follows from."""
+    shape, spacing = solid.shape, scene.numerics_of(solid).spacing
+    written = shape.path.stat().st_mtime_ns if isinstance(shape, MeshFile) and shape.path.is_file() else 0
+    return shape, written, spacing
+
+
+def mesh_of(solid: Any, scene: Scene) -> SolidMesh:
+    """The mesh of a solid; SceneError where it cannot be used."""
+    key = mesh_key(solid, scene)
+    mesh = _MADE.get(key)
+    if mesh is None:
+        mesh = _MADE[key] = _mesh_of(solid, scene.numerics_of(solid).spacing)
+    return mesh
+
+
+def _mesh_of(solid: Any, spacing: float) -> SolidMesh:
+    shape = solid.shape
+    if isinstance(shape, MeshFile):
+        raw = foreign.read_solid(shape.path, shape.time_limit, shape.part)
+        return checked(f"mesh {shape.path.name}", shape.scale * raw.points, raw.cells, spacing)
+    if isinstance(shape, Cells):
+        cells = np.full((len(shape.cells), 8), -1, np.int64)
+        for row, cell in enumerate(shape.cells):
+            cells[row, : len(cell)] = cell
+        return checked(f"cells of solid '{solid.name}'", np.asarray(shape.points, dtype=np.float64), cells, spacing)
+    if (nodes := count(shape, spacing)) > MAX_NODES:
+        raise SceneError(
+            f"numerics.spacing {show(spacing, 'm')} gives solid '{solid.name}' {nodes:.2g} nodes; at most {MAX_NODES / 1e6:g} million "
+            "are allowed"
+        )
+    return brick(shape, spacing) if isinstance(shape, Brick) else turned(shape, spacing)
+
+
+def checked(name: str, points: np.ndarray, cells: np.ndarray, spacing: float | None = None) -> SolidMesh:
+    """Nodes that no cell uses are dropped, cells that are inside out are turned, what is folded or flat is refused."""
+    if not np.isfinite(points).all():
+        raise refused(f"{name}: node {int(np.argmin(np.isfinite(points).all(axis=1)))} has a coordinate that is not a number")
+    used = np.zeros(len(points), bool)
+    used[cells[cells >= 0]] = True
+    cells = np.where(cells >= 0, (np.cumsum(used) - 1)[cells], -1)
+    points = points[used]
+    twice = np.sort(np.where(cells < 0, -1 - np.arange(8), cells), axis=1)
+    if (np.diff(twice, axis=1) == 0).any():
+        raise refused(f"{name}: cell {int(np.argmax((np.diff(twice, axis=1) == 0).any(axis=1)))} uses the same node twice")
+    mesh = SolidMesh(points, cells.astype(np.int32))
+    inverted = mesh.volumes < 0
+    notes: tuple[str, ...] = ()
+    if inverted.any():
+        mended = cells.copy()
+        hexa, tetra = inverted & (cells[:, 4] >= 0), inverted & (cells[:, 4] < 0)
+        mended[hexa] = cells[hexa][:, [4, 5, 6, 7, 0, 1, 2, 3]]
+        mended[tetra, :4] = cells[tetra][:, [0, 2, 1, 3]]
+        notes = (f"{int(inverted.sum())} cells were numbered inside out and are turned",)
+        mesh = SolidMesh(points, mended.astype(np.int32), notes)
+    bad = ~(mesh.straightness > FLAT)
+    if bad.any():
+        row = int(np.argmax(bad))
+        where = ", ".join(f"{x:.4g}" for x in mesh.centres[row])
+        raise refused(
+            f"{name}: cell {row} at ({where}) m is inverted or flat: its Jacobian determinant at a corner is "
+            f"{mesh.straightness[row]:.2g} of the mean one, above {FLAT:g} is needed"
+        )
+    size = float(np.ptp(points, axis=0).max())
+    own = mesh.spacing
+    if spacing is not None and not 1 / APART <= own / spacing <= APART:
+        unit = next((u for u, f in UNITS.items() if 0.3 < own / spacing * f < 3), None)
+        hint = f"is it in {unit}? (scale = {UNITS[unit]:g})" if unit else "numerics.spacing should be about that of the mesh"
+        raise refused(f"{name}: spacing {show(own, 'm')} of the mesh against {show(spacing, 'm')} of the numerics: {hint}")
+    if not 1e-6 <= size <= 1e4:
+        raise refused(f"{name} is {size:.3g} m large; a body is between 1e-6 m and 1e4 m: is it in millimetres (scale = 0.001)?")
+    try:
+        _ = mesh.faces
+    except ValueError as error:
+        raise refused(f"{name}: {error}") from None
+    return mesh
+
+
+def count(shape: Made, spacing: float) -> float:
+    """Nodes that a shape will have, about."""
+    if isinstance(shape, Brick):
+        return math.prod(n + 1 for n in _layers(shape, spacing))
+    return shape.volume / spacing**3
+
+
+def _layers(shape: Brick, spacing: float) -> tuple[int, int, int]:
+    x, y, z = shape.layers or tuple(max(1, round(side / spacing)) for side in shape.size)
+    return x, y, z
+
+
+def brick(shape: Brick, spacing: float) -> SolidMesh:
+    """Nodes in the order of z, then y, then x."""
+    n = _layers(shape, spacing)
+    axes = [np.linspace(0.0, side, k + 1) + start for side, k, start in zip(shape.size, n, shape.origin)]
+    z, y, x = np.meshgrid(axes[2], axes[1], axes[0], indexing="ij")
+    return SolidMesh(np.column_stack([x.ravel(), y.ravel(), z.ravel()]), _lattice(*n))
+
+
+def _lattice(nx: int, ny: int, nz: int) -> np.ndarray:
+    """(nx ny nz, 8) corners of the cells of a lattice whose nodes count along x first."""
+    k, j, i = np.meshgrid(np.arange(nz), np.arange(ny), np.arange(nx), indexing="ij")
+    c = ((k * (ny + 1) + j) * (nx + 1) + i).ravel()
+    row, layer = nx + 1, (nx + 1) * (ny + 1)
+    foot = np.stack([c, c + 1, c + row + 1, c + row], axis=1)
+    return np.concatenate([foot, foot + layer], axis=1).astype(np.int32)
+
+
+def disc(rings: int, half: int, core: float) -> tuple[np.ndarray, np.ndarray]:
+    """A unit disc of quadrangles: a core of 2 half x 2 half cells, then rings. Returns (N, 2) points and (M, 4) corners."""
+    side = 2 * half
+    s = np.linspace(-1.0, 1.0, side + 1)
+    y, x = np.meshgrid(s, s, indexing="ij")
+    # the core bulges half way to a circle of its corners
+    far = np.maximum(np.abs(x), np.abs(y))
+    angle = np.arctan2(y, x)
+    square = core * np.stack([x, y], axis=-1)
+    round_ = core * 1.2 * far[..., None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    inner = 0.5 * (square + round_)
+    points = [inner.reshape(-1, 2)]
+    # counter-clockwise from (-1, -1)
+    rim = [(0, i) for i in range(side)] + [(j, side) for j in range(side)]
+    rim += [(side, i) for i in range(side, 0, -1)] + [(j, 0) for j in range(side, 0, -1)]
+    ring = np.array([j * (side + 1) + i for j, i in rim])
+    start = points[0][ring]
+    turn = np.array([np.arctan2(s[j], s[i]) for j, i in rim])
+    edge = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    k = np.arange(side * side)
+    corner = (k // side) * (side + 1) + k % side
+    cells = [np.stack([corner, corner + 1, corner + side + 2, corner + side + 1], axis=1)]
+    last, total, m = ring, (side + 1) ** 2, len(ring)
+    for r in range(1, rings + 1):
+        share = r / rings
+        points.append((1 - share) * start + share * edge)
+        now = total + np.arange(m)
+        cells.append(np.stack([last, now, np.roll(now, -1), np.roll(last, -1)], axis=1))
+        last, total = now, total + m
+    return np.concatenate(points), np.concatenate(cells)
+
+
+def turned(shape: Rod | Ogive, spacing: float) -> SolidMesh:
+    """A disc of quadrangles, drawn along the axis."""
+    core = shape.core if isinstance(shape, Rod) else 0.45
+    half = max(1, round(core * shape.radius / spacing))
+    rings = max(1, round((1 - core * 1.1) * shape.radius / spacing))
+    flat, quads = disc(rings, half, core)
+    p = flat[quads]
+    one, two = p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]
+    area = 0.5 * (one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]).sum()
+    flat *= math.sqrt(math.pi / area)  # the polygon is as large as the circle
+    total = shape.length if isinstance(shape, Rod) else shape.length + shape.nose
+    layers = max(1, round(total / spacing))
+    along = np.linspace(0.0, total, layers + 1)
+    wide = np.array([shape.radius if isinstance(shape, Rod) else shape.wide(a) for a in along])
+    up = along if isinstance(shape, Rod) or not shape.turned else -along
+    n = len(flat)
+    points = np.concatenate([np.column_stack([w * flat, np.full(n, z)]) for w, z in zip(wide, up)])
+    below = np.concatenate([quads + k * n for k in range(layers)])
+    above = below + n
+    cells = np.concatenate([below, above] if up[-1] > 0 else [above, below], axis=1).astype(np.int32)
+    order = {"z": (0, 1, 2), "x": (2, 0, 1), "y": (1, 2, 0)}[shape.axis]
+    return SolidMesh(points[:, order] + np.asarray(shape.origin), cells)
