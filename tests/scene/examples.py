@@ -99,9 +99,10 @@ def everything() -> dict[str, Any]:
 
 def at_rest(method: str) -> dict[str, Any]:
     """A plate in equilibrium, by that method."""
-    scene = {key: value for key, value in everything().items() if key in ("title", "source", "numerics", "output", "shells", "motions")}
+    scene = {key: value for key, value in everything().items() if key in ("title", "source", "shells", "motions")}
     scene["shells"] = [{key: value for key, value in scene["shells"][0].items() if key != "every"}]
     return scene | {
         "name": method, "duration": 1.0, "static": {"method": method, "increments": 4, "max_steps": 1000},
         "pressures": [{"body": "low", "value": 1e3}], "output": {"frames": 3, "samples": 10},
+        "numerics": {"spacing": 4e-3},
     }  # fmt: skip

@@ -106,24 +106,24 @@ class Fluid(Body):
             raise ValueError(f"{where}.fill.shell: there is no shell '{inside}'{nearest(inside, shells)}")
         if self.every not in (None, 1) and not any(body.what not in ("fluid", "rigid body") for body in scene.bodies):
             raise ValueError(f"{where}.every = {self.every}: steps of a shell, and the scene has none; leave it out")
-        meets = scene.meets()
+        meets, others = scene.meets(), [body for body in scene.bodies if body.what != self.what]
         for other in scene.before(self):
             if meets(self.name, other.name):
-                self._beside(scene, meets, where, other)
+                self._beside(scene, meets, others, where, other)
         _walls(self, scene)
         scene.in_time("a fluid moves", "fluids")
 
-    def _beside(self, scene: Any, meets: Callable[[str, str], bool], where: str, other: Fluid) -> None:
-        """Two fluids that meet are one lattice of one law, of different density at most."""
+    def _beside(self, scene: Any, meets: Callable[[str, str], bool], others: list[Any], where: str, other: Fluid) -> None:
+        """Two fluids that meet are one lattice of one law, of different density at most; others: the bodies that are no fluids."""
         apart = (
             "; not possible yet for fluids that can meet: make them equal, or part them by "
             f"Meeting(between=('{other.name}', '{self.name}'), meet=False)"
         )
-        mine, theirs = scene.numerics_of(self).spacing, scene.numerics_of(other).spacing
+        mine, theirs = (fluid.spacing or scene.numerics.spacing for fluid in (self, other))
         if mine != theirs:
             raise ValueError(f"{where}.spacing {show(mine, 'm')} is not that of '{other.name}', {show(theirs, 'm')}{apart}")
-        for body in scene.bodies:
-            if body.what != self.what and meets(self.name, body.name) != meets(other.name, body.name):
+        for body in others:
+            if meets(self.name, body.name) != meets(other.name, body.name):
                 raise ValueError(f"meetings: '{body.name}' meets one of the fluids '{other.name}' and '{self.name}' alone{apart}")
         if self.support != other.support:
             raise ValueError(f"{where}.support {self.support:g} is not that of '{other.name}', {other.support:g}{apart}")
