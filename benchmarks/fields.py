@@ -23,7 +23,6 @@ SCENES = (
     ("plate_perforation", METAL),
     ("crack_branching", {"formulation": "collocation"}),
     ("plate_burst", {}),
-    ("fitted_tank", {}),
     ("clamped_plate", {"slenderness": 0.1, "nodes": "regular", "cells": "quad"}),
     ("arlequin_bending", {"form": "coupled"}),
     ("plate_modes", {"edges": "free", "nodes": "regular"}),
