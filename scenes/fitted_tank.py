@@ -105,7 +105,7 @@ def scene(quality: Quality = "draft") -> Scene:
             Shell(name="stiffener", surface=MeshFile(path=path, part="stiffener"), **plain | {"thickness": BELT}),
         ],
         welds=[Weld(between=pair) for pair in (("tank", "baffle"), ("tank", "stiffener"), ("baffle", "stiffener"))],
-        fluids=[Fluid(name="water", fill=ShellFill(shell="tank", level=LEVEL), water=Water(sound=60.0), spacing=0.7 * d)],
+        fluids=[Fluid(name="water", fill=ShellFill(shell="tank", level=LEVEL), water=Water(sound=60.0), spacing=0.9 * d)],
         motions=[
             PrescribedVelocity(
                 body="tank", where=Group(name="floor"), velocity=(1.5, 0, 0), spin=(0, 0, 0), history=HalfSine(duration=10e-3)
