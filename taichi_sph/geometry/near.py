@@ -57,6 +57,10 @@ def moved_off(points: np.ndarray, walls: np.ndarray, half: np.ndarray, clear: fl
     for _ in range(4):
         away, wall = away_from(points[near], walls, clear + half.max())
         distance, margin = np.linalg.norm(away, axis=1), clear + half[wall]
+        upon = distance == 0  # in the very plane of a wall: to the side of its normal
+        normal = np.cross(walls[wall[upon], 1] - walls[wall[upon], 0], walls[wall[upon], 2] - walls[wall[upon], 0])
+        away[upon] = 1e-3 * margin[upon, None] * normal / np.linalg.norm(normal, axis=1)[:, None]
+        distance = np.linalg.norm(away, axis=1)
         short = (distance < margin * (1 - 1e-9)) & (distance > 0)
         near, away = near[short], away[short]
         points[near] += (margin[short] / distance[short] - 1)[:, None] * away

@@ -27,6 +27,7 @@ from .sheet import Shot, sheet
 
 STRIP_TIMES = 5
 AROUND = 0.5  # of its width, how far from a shell things are still shown
+LONGER = 1.2  # along x over along y, from which on a section without a striker lies along x
 LARGE = 0.1  # of a shell's width: a striker of a larger radius is halved in sections
 DROP = 0.6  # of its diameter: how large a particle is drawn once it is out
 CLOSE = 1.35  # the close-up shows this much more than the broken cells
@@ -84,7 +85,7 @@ def looks_of(runs: Sequence[RunFolder]) -> Looks:
     if max(plastic) > 0:
         shell = Look("plastic", "plastic strain p [-]", PLASTIC, 0.0, _round_up(max(plastic)), 1.0, loose=True)
     else:
-        soft = any(shell.material.damage or shell.material.strength for run in runs for shell in run.scene.shells)
+        soft = any(shell.material.damage for run in runs for shell in run.scene.shells)
         shell = Look("damage", "damage D [-]" if soft else "", DAMAGE, 0.0, 1.0, 1.0, loose=True)
     top = _round_up(max(max(pressure), 1.0))
     factor, unit = next(((f, u) for f, u in PRESSURES if top * f < 1000), PRESSURES[-1])
@@ -117,7 +118,7 @@ class Sides:
 
 
 def sides(run: RunFolder) -> Sides:
-    """From the flight of the striker; without one, from -y."""
+    """From the flight of the striker; without one, from -y, and the section along what is longer across."""
     path = flight(run)
     d = path[1] if path is not None else np.array([0.0, 1.0, 0.0])
     if abs(d @ UPRIGHT) > 0.9:  # a flat body, struck from above or below
@@ -129,8 +130,12 @@ def sides(run: RunFolder) -> Sides:
         aside = np.cross(d, UPRIGHT)
         aside /= np.linalg.norm(aside)
         front, back = -d + 0.4 * aside + 0.3 * UPRIGHT, d + 0.4 * aside + 0.3 * UPRIGHT
-        removed = aside
-        eye = removed - 0.35 * d + 0.22 * UPRIGHT
+        low, high = box(run)
+        if path is None and (high - low)[0] > LONGER * (high - low)[1]:
+            removed, d_section = np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.0, 0.0])
+        else:
+            removed, d_section = aside, d
+        eye = removed - 0.35 * d_section + 0.22 * UPRIGHT
     return Sides(d, oblique(front), oblique(back), oblique(eye), removed)
 
 

@@ -172,7 +172,8 @@ def fill(
         middle = sides.mean(axis=1)
         own, there = _halves(baffle, e), wet(middle[:, 2]) & _inside(middle, triangles)
         volume, bare = volume - 2.0 * _under(sides[there], own[there]), bare + 2.0 * _area(sides[there])
-        walls, half = np.concatenate([walls, sides]), np.append(half, own)
+        rim, rim_half = _rim(baffle, e)
+        walls, half = np.concatenate([walls, sides, rim[:, :, turn]]), np.concatenate([half, own, rim_half])
     clear = CONTACT[fluid.contact]
     wanted = max(volume - (clear - 0.5) * d * bare, min(d, 1e50) ** 3)
     best = np.inf
@@ -211,6 +212,20 @@ def _halves(mesh: SurfaceMesh, thickness: float | np.ndarray) -> np.ndarray:
     """(T,) half the thickness of the triangles of a mesh [m]."""
     each = 0.5 * np.broadcast_to(thickness, len(mesh.cells))
     return np.append(each, each[mesh.cells[:, 3] >= 0])
+
+
+def _rim(mesh: SurfaceMesh, thickness: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(T, 3, 3) triangles beyond the free rim of a baffle, as far as its discs reach there (couplings/contact), half a spacing, and (T,)
+    half their thickness [m]: no particle may start in them."""
+    open_ = np.flatnonzero(mesh.edges.sides[:, 1] < 0)
+    ends, cell = mesh.edges.nodes[open_], mesh.edges.sides[open_, 0] // 4
+    a, b = mesh.points[ends[:, 0]], mesh.points[ends[:, 1]]
+    along = (b - a) / np.linalg.norm(b - a, axis=1)[:, None]
+    out = 0.5 * (a + b) - mesh.centres[cell]
+    out -= np.einsum("ni,ni->n", out, along)[:, None] * along
+    out *= (0.5 * mesh.node_spacing[ends].mean(axis=1) / np.linalg.norm(out, axis=1))[:, None]
+    each = 0.5 * np.broadcast_to(thickness, len(mesh.cells))[cell]
+    return np.concatenate([np.stack([a, b, b + out], axis=1), np.stack([a, b + out, a + out], axis=1)]), np.concatenate([each, each])
 
 
 def _lattice_in(
