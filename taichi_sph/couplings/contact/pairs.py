@@ -539,5 +539,5 @@ def _incidence(pairs: ti.template(), n: ti.i32, movers: ti.i32, bodies: ti.i32, 
                     if side > 0 and pairs.sort[k] == FACE:
                         pairs.corner[k][side - 1] = m
                         if side == 3 and port.face_disc[pairs.other[k]][3] < 0:  # of a triangle the last one, which stands twice
-                            pairs.corner[k][3] = m
+                            pairs.corner[k][side] = m  # Taichi writes [3] to the third byte where it writes [side - 1] beside it
     return listed
