@@ -74,7 +74,8 @@ def _loops(body: list[ast.stmt], depth: int, found: list[int]) -> None:
     """Lines of atomics that stand in a loop within a loop of a kernel; `ti.static` loops are none on the device."""
     for statement in body:
         inner = depth
-        if isinstance(statement, ast.While) or (isinstance(statement, ast.For) and not ast.unparse(statement.iter).startswith("ti.static(")):
+        unrolled = isinstance(statement, ast.For) and ast.unparse(statement.iter).startswith("ti.static(")
+        if isinstance(statement, ast.While | ast.For) and not unrolled:
             inner += 1
         for child in ast.iter_child_nodes(statement):
             if isinstance(child, ast.stmt):
