@@ -77,6 +77,7 @@ def test_other_shapes_and_their_balls():
     assert np.ptp(block.places, axis=0) == pytest.approx(sides - 2 * block.radii[0])
 
 
+@pytest.mark.long
 def test_a_shaken_tank_feels_the_water():
     """Driven along x at one acceleration, a full tank is pushed by - m a of its water, and moves as it is told."""
     pace = TimeTable(points=((0, 0.0), (10.0, 10.0)))

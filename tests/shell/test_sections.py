@@ -67,7 +67,8 @@ def test_two_halves_stretch_as_springs_in_series(form):
     assert mass == pytest.approx(0.5 * L * W * E * (HARD.density + 0.5 * SOFT.density), rel=1e-12)
 
 
-@pytest.mark.parametrize("form", ["galerkin", pytest.param("elements", marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("form", ["galerkin", "elements"])
 def test_a_cantilever_of_two_thicknesses_bends_as_beams_in_series(form):
     """Under a force at its end: the moments of the two halves over their own E I, integrated."""
     force = NodalForce(where=Box(lo=(L - 1e-6, None, None)), total=(0, 0, 10.0))
@@ -126,9 +127,9 @@ def test_groups_of_a_mesh_say_sections_loads_and_supports():
     sim = start(scene)
     sim.advance(1)
     force = runtime.get(sim.shell.pressures.force, sim.shell.pressures.n).astype(float)
-    # the lid alone, upward. Beside the sharp edge the particles' operator sees over it: cells lean by some percent, all sides alike
-    assert len(force) == 16 and np.abs(force[:, :2].sum(axis=0)).max() < 1e-9 * force[:, 2].max()
-    assert force[:, 2].sum() == pytest.approx(1e4 * 0.16, rel=0.05)
+    # the lid alone, upward; its outer cells are seen over a sharp edge, and lean by some percent to the particles' operator
+    assert len(force) == 16 and np.abs(force[:, :2].sum(axis=0)).max() < 1e-9 * force[:, 2].sum()
+    assert force[:, 2].max() == pytest.approx(1e4 * 0.01) and force[:, 2].sum() == pytest.approx(1e4 * 0.16, rel=0.05)
     frame = sim.frame().bodies[0]
     assert (frame.cell_data["areal_mass"] * sim.shell.mesh.areas).sum() == pytest.approx(body.mass)
 
