@@ -35,6 +35,7 @@ _WHERE = {
     "..bodies.shell.said": ("Collocation", "Cut", "FiniteElements", "Galerkin", "Patch", "Section", "Shell", "Viscosity"),
     "..bodies.solid.said": ("Particles", "Solid", "Trilinear"),
     "..couplings.contact.said": ("Meeting", "PinballContact"),
+    "..couplings.drag.said": ("Drag",),
     "..couplings.gas.said": ("Gas",),
     "..couplings.springs.said": ("Spring",),
     "..couplings.welds.said": ("Weld",),
