@@ -27,7 +27,8 @@ class DragCoupling(Coupling):
         body = scene.body(striker)
         radius = said.radius or max(ball.radius for ball in body.pinballs)
         self.fluid = water
-        self.law = DragLaw(name, rigid.rigids, number, water.body.p, of, said.coefficient, radius, 0.5 / water.body.inverse)
+        density = scene.body(fluid).water.density
+        self.law = DragLaw(name, rigid.rigids, number, water.body.p, of, said.coefficient, radius, 0.5 / water.body.inverse, density)
 
     def pools(self) -> Sequence[Pool]:
         return [self.law]
