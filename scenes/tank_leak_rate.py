@@ -1,4 +1,4 @@
-"""How fast does it leak? The filled tank of scenes/tank_leak.py, hit, and watched for 20 ms instead of 2.1.
+"""How fast does it leak? The filled tank of scenes/tank_leak.py, hit, and watched for all of 20 ms.
 
 By 2.1 ms the crack is open and hardly any water has left: the wave has gone, the walls still move apart. What leaves then is what the blow
 set in motion, and then what gravity drives, which is on here: at 2.4 m/s under half the height. T ran its coupled tank as long, for 260
@@ -18,6 +18,7 @@ def scene(quality: Quality = "draft", velocity: Speed = 730.0) -> Scene:
         name="tank_leak_rate",
         title=f"Tank filled to 100 %, hit at {velocity:g} m/s: 20 ms of its leak",
         duration="20 ms",
+        until=None,
         gravity=(0, 0, -9.81),
         output=Output(frames=100, samples=400),
         quantities=[

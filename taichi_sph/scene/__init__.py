@@ -29,6 +29,7 @@ _WHERE = {
     "surfaces": (
         "BoxTank", "CappedTank", "Cylinder", "Disc", "Frustum", "HoleIn", "MeshFile", "Net", "Plate", "Roof", "Sphere", "SpherePatch"
     ),
+    "until": ("LeakKnown",),
     "units": ("Angle", "Density", "Dimensionless", "Force", "Length", "Mass", "Pressure", "Speed", "Spin", "Stiffness", "Time", "to_si"),
     "..bodies.fluid.said": ("Acoustic", "Fluid", "FluidBox", "FluidRound", "Hole", "ShellFill", "Tait", "Wall", "Water"),
     "..bodies.rigid.said": ("DiscFace", "Driven", "Pinball", "Rigid", "TubeFace"),

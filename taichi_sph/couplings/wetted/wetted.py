@@ -96,7 +96,8 @@ class Wetted(Pool):
 
     def pools(self) -> list[Pool]:
         """All that is kept; lists come last."""
-        return [self.points, self.s, *(pool for surface in self.surfaces for pool in surface.pools()), self]
+        hidden = [] if self.hidden is None else [self.hidden]
+        return [self.points, self.s, *(pool for surface in self.surfaces for pool in surface.pools()), *hidden, self]
 
     def see(self, renumbered: bool, since: float = 0.0) -> None:
         """What the particles find of surfaces where all lie now (Surroundings.see)."""
