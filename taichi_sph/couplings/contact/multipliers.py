@@ -95,7 +95,7 @@ class Contact(Pool):
 
     def pools(self) -> list[Pool]:
         """In the order of a restart."""
-        return [self.port, self.pairs.table, *([self.hidden] if self.hides else []), self.pairs, self]
+        return [self.port, self.pairs.table, *([] if self.hidden is None else [self.hidden]), self.pairs, self]
 
     def check_start(self) -> None:
         """SceneError when bodies lie in each other at t = 0."""
