@@ -136,13 +136,13 @@ def bases() -> list[tuple[str, str]]:
     return found + [(scene["name"], json.dumps(scene)) for scene in more for _ in range(3)]
 
 
-def judged(path: Path) -> str:
-    """What becomes of a scene on disk, as `validate` would have it."""
+def judged(path: Path, large: float = math.inf) -> str:
+    """What becomes of a scene on disk, as `validate` would have it; large: as in `plan`."""
     try:
         found = load(path)
         scenes = list(found.cases.values())[:2] if isinstance(found, Study) else [found]
         for scene in scenes:
-            p = checked_plan(scene, "cpu")
+            p = checked_plan(scene, "cpu", large)
             tell_plan(scene, p, Progress(terse=True))
             numbers = [p.dt, float(p.steps), float(p.memory), float(p.disk), p.seconds]
             numbers += [x for body in p.bodies for x in (float(body.nodes), body.mass)]
