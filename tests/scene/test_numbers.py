@@ -20,7 +20,7 @@ import pytest
 from taichi_sph.run.plan import LARGE
 from taichi_sph.scene import Study, dump, load
 
-from .examples import at_rest, everything
+from .examples import at_rest, everything, more
 from .test_fuzz import ROOT, at, judged, places
 
 EXTREMES: list[float | int] = [0, -1, float("nan"), 1e-300, 1e-30, 1e-6, 1e6, 1e30, 1e300, 10**399]  # the last has 400 digits
@@ -34,7 +34,7 @@ def bases() -> dict[str, dict[str, Any]]:
     for path in sorted((ROOT / "scenes").glob("[!_]*.py")):
         scene = load(path, {"quality": "draft"})
         found[path.stem] = json.loads(dump(next(iter(scene.cases.values())) if isinstance(scene, Study) else scene))
-    return found | {scene["name"]: scene for scene in (everything(), at_rest("newton"), at_rest("arc"))}
+    return found | {scene["name"]: scene for scene in (everything(), more(), at_rest("newton"), at_rest("arc"))}
 
 
 def cases() -> list[tuple[str, tuple[Any, ...], float | int]]:
