@@ -52,8 +52,7 @@ def bullet(velocity: float, name: str = "bullet", y: float = 0.0) -> Rigid:
 
 
 def drags(drag: float, wet: bool = True) -> list[Drag]:
-    """How the bullet flies through the water, which is as coarse as the bullet: by the law of a sphere in an open cavity (0.31 to 0.40, May
-    1975); drag 0: by the pressure of the water."""
+    """How the bullet flies through the water, which is as coarse as the bullet: by a law with that coefficient; 0: by its pressure."""
     return [Drag(between=("bullet", "water"), coefficient=drag)] if drag and wet else []
 
 
