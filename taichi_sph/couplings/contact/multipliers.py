@@ -361,15 +361,6 @@ def _measure(contact: ti.template(), dt: ti.f64, skin: ti.f64, speeds: ti.i32, s
                 e = pairs.table.restitution[port.whose[a] * pairs.size[BODIES] + port.whose[b]]
                 if e > 0.0:
                     slack = free + e * before
-            hides = False
-            if ti.static(contact.hides):
-                if pairs.sort[k] == DISC:
-                    for s in ti.static(range(contact.hidden.n)):
-                        if contact.hidden.fluid[s] == port.whose[a]:
-                            if contact.hidden.touches(s, port.x[b], port.disc_radius[pairs.other[k]]):
-                                hides = True
-            if hides:
-                slack = ti.max(slack, 0.0)
             pairs.before[k], pairs.free[k], pairs.slack[k] = before, free, slack
             near, reach = 0, 0.3 * skin
             if ti.static(port.thin):
@@ -377,8 +368,13 @@ def _measure(contact: ti.template(), dt: ti.f64, skin: ti.f64, speeds: ti.i32, s
                     reach = ti.min(reach, lasts * (port.speed[port.whose[a]] + port.speed[port.whose[b]]))
             if gap + lasts * ti.min(free, 0.0) < reach:
                 near = 1
-            if hides:
-                near = 0
+            if ti.static(contact.hides):
+                if pairs.sort[k] == DISC:
+                    for s in ti.static(range(contact.hidden.n)):
+                        if contact.hidden.fluid[s] == port.whose[a]:
+                            if contact.hidden.touches(s, port.x[b], port.disc_radius[pairs.other[k]]):
+                                near, slack = 0, ti.max(slack, 0.0)
+                                pairs.slack[k] = slack
             pairs.near[k] = near
             if near == 0:
                 pairs.p[k] = 0.0
