@@ -24,7 +24,7 @@ from ...scene.units import show
 from ..coupling import Coupling
 from .constraints import Sides, constraints
 from .factor import LEAST, Factor, factorised
-from .tie import SWEEPS, Tie
+from .tie import Tie
 
 
 def couplings(scene: Scene, groups: Sequence[Group], own: Sequence[Any]) -> list[ArlequinCoupling]:
@@ -38,6 +38,7 @@ def couplings(scene: Scene, groups: Sequence[Group], own: Sequence[Any]) -> list
 
 
 EVERY = 50  # steps between two looks at damage
+STARTING = 3  # sweeps over the directors of the velocities that are given
 WARNED = 0.5  # of D_c: from there on the progress line tells
 
 
@@ -105,7 +106,7 @@ class ArlequinCoupling(Coupling):
         """The velocities at t = 0 as near as the constraints let them be."""
         self._project("v", False)
         if self.tie.turns:
-            for _ in range(SWEEPS):
+            for _ in range(STARTING):
                 self._project("omega", True)
 
     def _project(self, name: str, turning: bool) -> None:
