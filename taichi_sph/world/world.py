@@ -331,7 +331,8 @@ class World:
             return None
         found = [tie.report() for tie in ties]
         worst = {key: max(one[key] for one in found) for key in found[0]}
-        return worst | {"share": sum(tie.seconds for tie in ties) / max(self.stepping, 1e-300)}
+        grown = {} if self.grown is None else {"growths": self.grown.events}
+        return worst | {"share": sum(tie.seconds for tie in ties) / max(self.stepping, 1e-300)} | grown
 
     def frame(self) -> Frame:
         """All bodies now."""

@@ -183,7 +183,8 @@ def _copy(group: ShellGroup, was: Before, nodes: np.ndarray, cells: np.ndarray) 
             now = runtime.get(entry.field, entry.n)
             if name in of_layer:
                 old, now = old.reshape(-1, layers, *old.shape[1:]), now.reshape(-1, layers, *now.shape[1:])
-            rows = _rows(len(old), len(now), was, group, nodes, cells)
+            of_nodes = pool in (group.nodes, group.loads) or (pool is group.internal and hasattr(pool, "rows"))
+            rows = nodes if of_nodes else _of_cells(len(old), len(now), was, group, cells)
             if rows is None:
                 continue
             there = rows >= 0
@@ -195,11 +196,9 @@ def _copy(group: ShellGroup, was: Before, nodes: np.ndarray, cells: np.ndarray) 
             runtime.put(entry.field, now.reshape(-1, *now.shape[2:]) if name in of_layer else now)
 
 
-def _rows(before: int, now: int, was: Before, group: ShellGroup, nodes: np.ndarray, cells: np.ndarray) -> np.ndarray | None:
-    """Which rows of a field a row of now was, by what the field is a field of; None: of neither nodes nor cells."""
+def _of_cells(before: int, now: int, was: Before, group: ShellGroup, cells: np.ndarray) -> np.ndarray | None:
+    """Which rows of a field the rows of now were, whose field is one of cells or of points of stress; None: of neither."""
     per = was.per_cell
-    if (before, now) == (was.n_nodes, group.nodes.n):
-        return nodes
     if (before, now) == (was.n_cells, group.cells.n):
         return cells
     if (before, now) == (per * was.n_cells, group.points.n):

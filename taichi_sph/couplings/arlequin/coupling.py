@@ -171,8 +171,8 @@ class ArlequinCoupling(Coupling):
         near = np.zeros(len(split.patched), bool)
         near[split.cells] = outer.reshape(len(split.cells), -1).any(axis=1)
         near[split.fine.parent[inner & (split.of_particles < 1.0)]] = True
-        if near.any():
-            self.wanted = split.wider(near)
+        if near.any() and (wider := split.wider(near)) != split.patch.cells:
+            self.wanted = wider
 
     def _stop(self, place: np.ndarray, now: Now, what: str) -> None:
         """RunStopped: how far beyond the particles alone."""
