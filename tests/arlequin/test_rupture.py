@@ -69,6 +69,7 @@ def test_a_restart_before_and_after_growth_is_exact():
         restarts_exactly(lambda: start(torn_at(0.35, grows=True)), steps, 12)
 
 
+@pytest.mark.long
 def test_an_even_motion_does_not_feel_growth():
     """A plate of even strain that spreads evenly: strains and momentum stay; kinetic energy moves by what another lattice makes of it."""
     sim = start(patched(n=3, material=CONCRETE, grows=True, duration=1e-3))
