@@ -24,7 +24,7 @@ class Drag(Frozen):
     kind: Literal["drag"] = "drag"
     between: tuple[str, str]
     coefficient: Annotated[Dimensionless, Field(gt=0, le=3)]
-    radius: Annotated[Length, Field(gt=0)] | None = None
+    radius: Annotated[Length, Field(ge=1e-6, le=100)] | None = None
 
     parts: ClassVar[bool] = True  # the two do not meet otherwise
 
