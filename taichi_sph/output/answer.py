@@ -142,7 +142,7 @@ def _small_hole(body: BodyFrame) -> str:
     broke = fragments.ruptured(body)
     gap = math.sqrt(4 / math.pi * float(fragments.cell_areas(body.reference, body.cells)[broke].sum()))
     cells = int(np.count_nonzero(broke))
-    return f"a hole of {quantity_text(gap, 'm')} ({count(cells)} stress point{'' if cells == 1 else 's'} wide)"
+    return f"a hole of {quantity_text(gap, 'm')} (the area of {count(cells)} broken stress point{'' if cells == 1 else 's'})"
 
 
 def _body(run: RunFolder, shell: Shell, named: bool) -> str:
@@ -233,7 +233,7 @@ def _strikers(run: RunFolder) -> list[str]:
         found.append(
             f"{the} {'bounces back' if turned else 'ends'} at {quantity_text(float(v[-1]), 'm/s')} after "
             f"{quantity_text(float(v[0]), 'm/s')} ({100 * lost:.3g} % of its energy {'lost' if lost >= 0 else 'more'}); "
-            f"the largest force is {quantity_text(float(history['f_max'].max()), 'N')}."
+            f"the largest force of a step is {quantity_text(float(history['f_max'].max()), 'N')}."
         )
     return found
 
