@@ -106,6 +106,7 @@ def energies(run: RunFolder, title: str) -> Figure | None:
             _direct_labels(bottom, ends, float(time[-1]), 0.15)
             bottom.set_ylabel("error [%]")
             bottom.margins(x=0)
+        axes[-1, 0].set_xlim(left=float(history.time[0]) * scale)
         axes[-1, 0].set_xlabel(f"time [{unit}]")
     return figure
 
