@@ -151,7 +151,9 @@ def _body(run: RunFolder, shell: Shell, named: bool) -> str:
     damage = float(np.max(body.cell_data["damage"], initial=0.0))
     broken = int(np.count_nonzero((body.cell_data["broken"] != 0) & (body.cell_data["rupture_time"] > 0)))
     if broken == 0:
-        return f"{head}: no. The largest damage is {damage:.2f}."
+        plastic = float(np.max(body.cell_data["plastic"], initial=0.0)) if "plastic" in body.cell_data else 0.0
+        yielded = f", the largest plastic strain {plastic:.2g}" if plastic > 0 else ""
+        return f"{head}: no. The largest damage is {damage:.2f}{yielded}."
     p = pattern(body, shell.cuts)  # what a cut broke at the start is no crack
     parts = []
     if shell.cuts:
