@@ -267,6 +267,13 @@ class Shell(Body):
                 )
         if any(self.name in spring.between for spring in scene.springs):
             raise ValueError(f"{where}.patch: springs do not choose between elements and particles of '{self.name}' yet; leave one out")
+        if any(self.name in weld.between for weld in scene.welds):
+            raise ValueError(f"{where}.patch: welds do not choose between elements and particles of '{self.name}' yet; leave one out")
+        if any(gas.body == self.name for gas in scene.gases):
+            raise ValueError(
+                f"{where}.patch: the gas in shell '{self.name}' would press on elements and particles both, which is not possible yet; "
+                "leave one of them out"
+            )
         taken = [body.name for body in scene.bodies if body.name.lower() == f"{self.name}{PARTICLES}".lower()]
         if taken:
             raise ValueError(f"{scene.key_of(scene.body(taken[0]))}.name: '{taken[0]}' is that of the particles of shell '{self.name}'")
