@@ -30,6 +30,7 @@ OPTIONS = {
     "striker": "of {}", "fluid": "of {}", "mode": "of mode {}", "column": "of {}", "history": "in {}", "body": "of {}", "time": "at {}",
     "start": "from {}", "end": "to {}", "reference": "over {}",
 }  # fmt: skip
+OPEN = 5.0  # %: a closed residual above it is warned of
 ENOUGH = 10  # particles that have left: fewer make no rate
 PLAIN = ("surge_delay", "surge_deviation", "surge_speed")  # their start and end are no times
 
@@ -303,6 +304,14 @@ def _supports(run: RunFolder) -> list[str]:
     return [f"{one} ({bear}) at the end; the largest force{which} is {quantity_text(most[0], 'N')} at {quantity_text(most[2], 's')}."]
 
 
+def open_balance(residual: float | None, static: bool) -> str:
+    """What to think of a closed residual [%] that is not small."""
+    if residual is None or abs(residual) <= OPEN:
+        return ""
+    mend = "take more increments" if static else "take a finer spacing or a shorter step"
+    return f" More than {OPEN:g} % of the energy is not accounted for: do not trust these numbers yet, {mend}."
+
+
 def answer(run: RunFolder, summary: dict[str, Any] | None = None) -> list[str]:
     """Lines of text: the cracks, the quantities against their targets, the balance of energy, the cost."""
     scene: Scene = run.scene
@@ -321,7 +330,7 @@ def answer(run: RunFolder, summary: dict[str, Any] | None = None) -> list[str]:
         if summary.get(key) is not None:
             balance.append(f"{title} = {summary[key]:+.2g} %")
     if balance:
-        lines.append("Energy: " + ", ".join(balance) + ".")
+        lines.append("Energy: " + ", ".join(balance) + "." + open_balance(summary.get("closed_residual_percent"), scene.static is not None))
     speed = summary.get("node_steps_per_second")
     advance = summary["seconds"].get("advance")
     if speed and advance is not None and round(speed / 1e6, 2) > 0:  # not of a search for equilibrium

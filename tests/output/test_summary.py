@@ -58,6 +58,13 @@ def test_answer(run: RunFolder) -> None:
     assert "edge arrival: 54.2 us (expected 55 us ± 1 us: met)" in text
     assert "balance B = -0.13 %, closed residual = +0.02 %" in text
     assert "2.44 M node-steps/s" in text
+    assert "do not trust" not in text
+
+
+@pytest.mark.parametrize("residual, warned", [(4.9, False), (-4.9, False), (5.1, True), (-86.0, True), (None, False)])
+def test_a_balance_that_does_not_close_is_warned_of(run: RunFolder, residual: float | None, warned: bool) -> None:
+    text = "\n".join(answer(run, run.summary | {"closed_residual_percent": residual}))
+    assert ("do not trust these numbers yet, take a finer spacing" in text) == warned
 
 
 @pytest.mark.parametrize(
