@@ -6,7 +6,7 @@
     (contact)          writes push_n
     kick_and_drift()   v_n+1/2 = v_n-1/2 + dt_n (f_n + push_n) / m, walls, x_n+1 = x_n + dt v_n+1/2
 
-A wall is a pinball's: the normal velocity at the half step may close the gap to D/2 and no more (T 3.8 with a gap).
+A plane acts as contact of pinballs does: the normal velocity at the half step may close the gap to D/2 and no more (T 3.8 with a gap).
 Energies belong to time n as in step.py; gravity's work is that of a potential, exactly.
 """
 

@@ -9,18 +9,18 @@ With x = x_i - x_j, v = v_i - v_j, G = W'(r) / r < 0, so that grad_i W = G x, an
     h_ij    = phi (D_i + D_j) / 2,   D_i = D_0 (1 + s_i)^(-1/3)                (T 1.27, and 1.28 integrated)
     ds_i/dt = -(1 + s_i) div_i - 2 delta h / (rho_0 c) sum_j V_j G (p_j - p_i + rho_0 g.x)      density diffusion
 
-V_i V_j (p_i + p_j) and not T 1.23's m_i m_j (p_i / rho_i^2 + p_j / rho_j^2), from which it differs by the density's
-variation: it is the transpose of T 1.21, so that pressure does the work that the density stores. Viscosity enters with
-the sign of a pressure (in T 1.26 it has that of -sigma). The diffusion (Molteni and Colagrossi 2009) leaves alone what is
+The weight V_i V_j (p_i + p_j) stands in place of T 1.23's m_i m_j (p_i / rho_i^2 + p_j / rho_j^2), from which it differs by the variation
+of density. With it the force is the transpose of T 1.21, so pressure does the work that the density stores. Viscosity enters with the sign
+of a pressure (in T 1.26 it has that of -sigma). The diffusion (Molteni and Colagrossi 2009) leaves alone what is
 hydrostatic (Fourtakas et al. 2019): water at rest feels none.
 
 The stress between the two states of a Riemann problem is p_i + p_j + rho_0 c u: what acts in a shock. In a flow slower than sound that
 stress would be far above rho_0 u^2, which the flow itself has; with the limiter it is not, and no speed of sound is left in it.
 
-One pass needs the pressure of the neighbours now, which their density rates give in the same pass. So it acts with
-s* = s_n-1 + dt (2 rate_n-1 - rate_n-2), and corrects s_n. For a wave of frequency w this damps amplitudes by
+The pass needs the present pressure of the neighbours, which follows from density rates that the same pass computes. So the pass acts with
+the extrapolated s* = s_n-1 + dt (2 rate_n-1 - rate_n-2), and corrects s_n. For a wave of frequency w this damps amplitudes by
 (w dt)^4 / 2 a step and is stable up to w dt = 0.70, against 2 for two passes; the energy it takes is booked (`lag`).
-The rates are those of the fluid alone: what surfaces do to a density over the step is known when its pressure is needed.
+The extrapolated rates are those of the fluid alone: what surfaces did to a density over the step is known when its pressure is needed.
 
 Fluids of different density meet in the same sums: forces are of volumes, so the pressure is one across their interface (Hu and Adams 2006,
 Grenier et al. 2009). Viscosity across it is the harmonic mean of the two fluids'; density diffuses within one fluid only. Both keep every
