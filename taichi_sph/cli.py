@@ -209,8 +209,8 @@ def results(
 
 
 def _scene_of(summary: dict[str, Any]) -> Any:
-    """Today's scene with the settings of a recorded run."""
-    path = _find(summary["scene"])
+    """Today's scene with the settings of a recorded run. Its name may come from a stranger: it is looked up and never taken for a path."""
+    path = _named(str(summary["scene"]))
     named = set(parameters_of(path))
     chosen = {k: v for k, v in summary["settings"].items() if k in named or "." in k}
     return load(path, {**chosen, "quality": summary["quality"]} if summary["quality"] != "custom" else chosen)
@@ -458,12 +458,15 @@ def _find(name: str) -> Path:
     path = Path(name)
     if path.suffix or path.is_file():
         return path
-    for folder in scene_folders():
-        inside = folder / f"{name}.py"
-        if inside.is_file() and not name.startswith("_"):
-            return inside
-    names = {p.stem: None for folder in scene_folders() for p in sorted(folder.glob("[!_]*.py"))}
-    raise SceneError(f"there is no scene '{name}'{nearest(name, names)}")
+    return _named(name)
+
+
+def _named(name: str) -> Path:
+    """The script of a scene by its name alone."""
+    paths = {p.stem: p for folder in reversed(scene_folders()) for p in sorted(folder.glob("[!_]*.py"))}
+    if name not in paths:
+        raise SceneError(f"there is no scene '{name}'{nearest(name, paths)}")
+    return paths[name]
 
 
 def scene_folders() -> list[Path]:

@@ -26,11 +26,12 @@ if TYPE_CHECKING:
 else:
     import taichi as ti
 
-from . import frontend
+from . import frontend, launch
 from .errors import SceneError
 from .memory import Memory
 
 frontend.remember()
+launch.remember()
 
 ARCHS = ("cpu", "cuda", "vulkan", "metal")
 
@@ -59,6 +60,7 @@ def start(arch: str = "cpu", precision: str = "f64", threads: int | None = None)
         raise SceneError("arch: 'vulkan' has no exp, log and powers of 64 bits; use numerics.precision = f32 there, or --arch cpu or cuda")
     real = ti.f32 if precision == "f32" else ti.f64
     options = {"cpu_max_num_threads": threads} if threads else {}
+    launch.forget()
     with contextlib.redirect_stdout(io.StringIO()):  # it prints the arch whatever the log level
         ti.init(
             arch=getattr(ti, arch),

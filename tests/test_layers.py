@@ -17,14 +17,15 @@ LEAF_USES = {
     "errors": set(),
     "frame": set(),
     "frontend": set(),
+    "launch": set(),
     "memory": set(),
-    "runtime": {"errors", "frontend", "memory"},
+    "runtime": {"errors", "frontend", "launch", "memory"},
     "pool": {"errors", "runtime"},
     "numerics": {"errors", "runtime", "pool"},
     "laws": {"errors", "runtime", "numerics"},
 }
 LEAVES = set(LEAF_USES)
-NEXT_TO_TAICHI = {"runtime", "frontend", "memory"}
+NEXT_TO_TAICHI = {"runtime", "frontend", "launch", "memory"}
 SHARED = {"nodal", "shell"}  # what kinds share
 EXCEPTIONS = {  # module: what it still knows and should not; an entry that is not needed any more fails
     "couplings.wetted.coupling": {"bodies.fluid"},  # the one interaction that is of fluids by its nature

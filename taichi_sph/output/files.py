@@ -17,11 +17,11 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from ..errors import SceneError
+from ..scene.script import JSON_BYTES
 
 # what the folder of a run holds, and what that of a study or of a sweep holds beside its runs
 RUN = ("scene.json", "record.json", "summary.json", "log.txt", "frames", "histories", "checkpoints", "stopped", "pictures")
 STUDIES = ("study.json", "sweep.json", "points", "results.csv", "results.parquet", "price.json", "price.md", "price.png")
-JSON_BYTES = 256_000_000  # the largest JSON file that is read
 _NOFOLLOW = getattr(os, "O_NOFOLLOW", 0)  # not on Windows
 
 

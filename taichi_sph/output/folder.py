@@ -10,10 +10,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from pydantic import BaseModel, ConfigDict, FiniteFloat
+
 from ..bodies.shell.said import PARTICLES
 from ..errors import SceneError, nearest
 from ..frame import Kind
 from ..scene import Scene, load_scene
+from ..scene.check import checked
 from . import files
 from .files import read_json, write_json
 from .frames import SUFFIX, FramesFile
@@ -22,22 +25,43 @@ from .histories import History, read_history
 __all__ = ["RunFolder", "read_json", "write_json"]
 
 
-NEEDED = ("scene", "quality", "settings", "command", "scene_hash", "seconds", "quantities")  # of a summary
-JUDGED = ("value", "unit", "target", "tolerance", "met")  # of each of its quantities
+class Judged(BaseModel):
+    """A quantity of a summary beside its target."""
+
+    model_config = ConfigDict(strict=True, extra="allow")
+    value: float | None
+    unit: str
+    target: float | None
+    tolerance: float | None
+    source: str
+    met: bool | None
+
+
+class Summary(BaseModel):
+    """What every summary of a run or a study holds, and what is read of it if it is there."""
+
+    model_config = ConfigDict(strict=True, extra="allow")
+    scene: str
+    title: str
+    quality: str
+    settings: dict[str, bool | int | FiniteFloat | str]
+    command: str
+    scene_hash: str
+    commit: str | None
+    nodes: int
+    steps: int
+    seconds: dict[str, FiniteFloat]
+    node_steps_per_second: FiniteFloat | None = None
+    B_percent: float | None
+    closed_residual_percent: float | None
+    quantities: dict[str, Judged]
+    cases: list[str] = []
+    failed: dict[str, str] = {}
 
 
 def whole_summary(found: Any, path: Path) -> dict[str, Any]:
     """What was read as the summary of a run or a study; SceneError where it is none."""
-    missing = [key for key in NEEDED if not isinstance(found, dict) or key not in found]
-    if missing:
-        raise SceneError(f"'{path}' is not the summary of a run: it has no '{missing[0]}'")
-    for key in ("settings", "seconds", "quantities"):
-        if not isinstance(found[key], dict):
-            raise SceneError(f"'{path}' is not the summary of a run: its '{key}' is no table")
-    for name, entry in found["quantities"].items():
-        lost = [key for key in JUDGED if not isinstance(entry, dict) or key not in entry]
-        if lost:
-            raise SceneError(f"'{path}' is not the summary of a run: quantity '{name[:60]}' has no '{lost[0]}'")
+    checked(Summary, lambda: Summary.model_validate(found), f"'{path}' is not the summary of a run: ")
     return found
 
 

@@ -29,6 +29,7 @@ BEGIN, END = "<!-- results -->", "<!-- /results -->"
 SILENT = ("quality", "threads", "arch", "precision")  # settings that are the same everywhere or stand elsewhere
 LENGTHS = ("spacing", "notch")  # settings in metres
 TIMES = ("tau_c",)
+LONGEST = 200  # bytes of a file's name; disks allow 255, with its ending
 
 
 def record_name(summary: dict[str, Any]) -> str:
@@ -36,7 +37,8 @@ def record_name(summary: dict[str, Any]) -> str:
     parts = [summary["scene"], summary["quality"], summary["settings"].get("formulation", "")]
     known = {"quality", "formulation", "spacing", "precision", "arch", "threads"}
     parts += [f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in summary["settings"].items() if k not in known]
-    return re.sub(r"[/\\\0-\x1f]", "_", "-".join(str(p).replace(" ", "") for p in parts if p))
+    name = re.sub(r"[/\\\0-\x1f]", "_", "-".join(str(p).replace(" ", "") for p in parts if p))
+    return name.encode(errors="replace")[:LONGEST].decode(errors="ignore")
 
 
 def record_summary(run: RunFolder, folder: Path = FOLDER) -> Path:

@@ -21,7 +21,7 @@ LEAST = 1e-4  # an error below is drawn there: the axis is logarithmic
 def render_price(record: Mapping[str, Any], path: Path) -> Path:
     """Error over processor seconds and over node-steps: every point, the front, the scene as it is, the thesis's settings."""
     points = [p for p in record["points"] if p["error"] is not None]
-    with plt.rc_context(STYLE | {"text.parse_math": True}):  # powers of ten along the axes
+    with plt.rc_context(STYLE):
         figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.8), sharey=True)
         for axes, key, scale, label in (
             (left, "processor", 1.0, "processor seconds of the time loop"),
@@ -31,7 +31,7 @@ def render_price(record: Mapping[str, Any], path: Path) -> Path:
             _others(axes, [p for p in record["points"] if p["status"] == "done" and p["error"] is None], key, scale)
             axes.set_xlabel(label)
         left.set_ylabel("error of " + "\nand ".join(record["references"]), fontsize=9)
-        figure.suptitle(f"{record['title']}: what accuracy costs".replace("$", r"\$"), x=0.02, ha="left", fontweight="bold")
+        figure.suptitle(f"{record['title']}: what accuracy costs", x=0.02, ha="left", fontweight="bold")
         figure.text(
             0.02, 0.01, "line: points that no other one beats; bar: runs with nodes moved at random; square: the scene as it is; "
             "diamond: the thesis's settings; cross: another answer", fontsize=8, color=SOFT_LINE,

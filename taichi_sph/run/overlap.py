@@ -145,12 +145,21 @@ def _near(one: np.ndarray, other: np.ndarray, reach: float) -> tuple[np.ndarray,
     return (np.zeros(0, int), np.zeros(0, int)) if found is None else (inside[found["i"]], found["j"])
 
 
+def _alike(radii: np.ndarray) -> list[np.ndarray]:
+    """Numbers of the balls in groups of about one radius: a wide ball must not widen the search of the small ones."""
+    size = np.frexp(radii)[1]
+    return [np.flatnonzero(size == one) for one in np.unique(size)]
+
+
 def _in_balls(one: Balls, other: Balls) -> float:
     """How deep the balls of two bodies lie in each other at most [m], negative where they do not touch."""
-    i, j = _near(one.centres, other.centres, float(one.radii.max() + other.radii.max()))
-    if not len(i):
-        return -np.inf
-    return float((one.radii[i] + other.radii[j] - np.linalg.norm(one.centres[i] - other.centres[j], axis=1)).max())
+    deepest = -np.inf
+    for own in _alike(other.radii):
+        centres, radii = other.centres[own], other.radii[own]
+        i, j = _near(one.centres, centres, float(one.radii.max() + radii.max()))
+        if len(i):
+            deepest = max(deepest, float((one.radii[i] + radii[j] - np.linalg.norm(one.centres[i] - centres[j], axis=1)).max()))
+    return deepest
 
 
 def _in_discs(balls: Balls, at: Discs, sound: bool | None = None) -> float:
@@ -159,12 +168,12 @@ def _in_discs(balls: Balls, at: Discs, sound: bool | None = None) -> float:
     if not len(chosen):
         return -np.inf
     deepest = -np.inf
-    for radius in np.unique(balls.radii):  # a wide pinball must not widen the search of the small ones
-        own = np.flatnonzero(balls.radii == radius)
-        i, j = _near(balls.centres[own], at.centres[chosen], float(radius + at.half[chosen].max() + at.radii[chosen].max()))
+    for own in _alike(balls.radii):
+        centres, radii = balls.centres[own], balls.radii[own]
+        i, j = _near(centres, at.centres[chosen], float(radii.max() + at.half[chosen].max() + at.radii[chosen].max()))
         if len(i):
             j = chosen[j]
-            deepest = max(deepest, float((radius + at.half[j] - _from_flat(balls.centres[own[i]], at, j)).max()))
+            deepest = max(deepest, float((radii[i] + at.half[j] - _from_flat(centres[i], at, j)).max()))
     return deepest
 
 

@@ -6,14 +6,23 @@ import math
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
 from .units import Dimensionless, Length
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]  # names become file names
 Quality = Literal["draft", "standard", "paper"]
 Point = tuple[Length, Length, Length]
-Direction = tuple[Dimensionless, Dimensionless, Dimensionless]
+
+
+def _short_and_long(direction: tuple[float, float, float]) -> tuple[float, float, float]:
+    """The square of its length is a number, and not 0 unless it is (0, 0, 0), of which its owner speaks."""
+    if any(direction) and not 1e-100 <= max(map(abs, direction)) <= 1e100:
+        raise ValueError("is no direction: its largest number is outside 1e-100 to 1e100")
+    return direction
+
+
+Direction = Annotated[tuple[Dimensionless, Dimensionless, Dimensionless], AfterValidator(_short_and_long)]  # of any length
 
 
 class Frozen(BaseModel):

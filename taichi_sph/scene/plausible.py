@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 MAX_NODES = 50_000_000
 MAX_STEPS = 20_000_000
-LEAST = 1e-9  # m: of a spacing, a thickness
+LEAST, LARGEST = 1e-9, 1e6  # m: of a spacing, a thickness, the radius of a pinball
 TIMELESS = ("static", "modes", "limit")  # what a scene may ask for instead of a motion
 
 
@@ -82,6 +82,11 @@ def scene(s: Scene) -> None:
             if section.thickness is not None and section.thickness < LEAST:
                 key = f"{s.key_of(shell)}.sections[{k}].thickness"
                 raise ValueError(f"{key} {section.thickness:.4g} m is below {show(LEAST, 'm')}, a few atoms")
+    for rigid in s.rigids:
+        for k, ball in enumerate(rigid.pinballs):
+            if not LEAST <= ball.radius <= LARGEST:
+                key, why = f"{s.key_of(rigid)}.pinballs[{k}].radius", "a few atoms" if ball.radius < LEAST else "what serves as a plane"
+                raise ValueError(f"{key} {ball.radius:.4g} m is outside {show(LEAST, 'm')} to {LARGEST:.0e} m: {why}")
     _schedule(s)
     if s.walls and not s.fluids:
         raise ValueError("walls hold fluids, and the scene has none: leave them out or add a fluid")

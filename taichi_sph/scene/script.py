@@ -28,6 +28,7 @@ from .study import Study
 from .surfaces import MeshFile
 
 SceneFunction = Callable[..., Scene | Study]
+JSON_BYTES = 256_000_000  # the largest JSON file that is read
 
 
 def load_scene(source: Path | str | SceneFunction, settings: Mapping[str, Any] | None = None) -> Scene:
@@ -115,6 +116,8 @@ def dump(scene: Scene | Study) -> str:
 
 def _from_json(path: Path) -> Scene | Study:
     try:
+        if (size := path.stat().st_size) > JSON_BYTES:
+            raise SceneError(f"'{path}' holds {size / 1e6:.3g} MB; at most {JSON_BYTES / 1e6:.3g} MB are read of a scene")
         text = path.read_bytes()
         kind = Study if isinstance(content := _literal(text), dict) and "cases" in content else Scene
     except OSError as error:

@@ -137,6 +137,18 @@ def test_cases_of_a_study_that_are_links(call, work, fake):
         assert code == 2 and "s/two' is a symbolic link" in err
 
 
+@pytest.mark.parametrize("name", ["r/evil.py", "r/evil", "../evil", "evil.py"])
+def test_a_recorded_name_is_no_path_to_a_program(call, work, fake, scene_file, name):
+    """Of a summary from a stranger no script is run but one of the folder's own scenes."""
+    assert call("run", "small.json", "--out", "r", *QUIET)[0] == 0
+    for place in ("r/evil.py", "evil.py", "../evil.py"):
+        (work / place).write_text("raise SystemExit(7)")
+    summary = json.loads((work / "r/summary.json").read_text())
+    (work / "r/summary.json").write_text(json.dumps(summary | {"scene": name}))
+    code, _, err = call("results", "r")
+    assert code == 0 and f"there is no scene '{name}'" in err and "ended the program" not in err
+
+
 def test_what_a_kill_at_the_very_start_leaves_is_no_hindrance(call, work, fake, scene_file):
     (work / "r").mkdir()
     (work / "r/scene.json.tmp").write_text("{")

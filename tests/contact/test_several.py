@@ -75,6 +75,7 @@ def test_a_plate_thrown_flat_at_a_plate(e, thicker, every):
     assert gap.min() > 0.5 * THICKNESS * (1 + thicker) * (1 - 1e-3)
 
 
+@pytest.mark.long
 def test_a_small_plate_falls_aslant_on_a_large_one():
     """Beside the border of the upper one its nodes meet the lower one's discs, and the other way round: no node passes."""
     sim = start([plate("low", 0.0, n=10), plate("high", THICKNESS + 0.05e-3, x=2.5e-3, n=4)], {"high": -3 * SPEED})
@@ -108,6 +109,7 @@ def test_a_ball_bounces_off_a_plate_as_the_table_says():
     assert abs(sim.energies()["contact"]) < 1e-3 * 0.5 * M * 100.0
 
 
+@pytest.mark.long
 def test_a_shell_inside_a_shell_stays_inside():
     """A cylinder flies across in a wider one and gives it its momentum."""
     d = 2.5e-3

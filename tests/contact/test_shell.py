@@ -54,6 +54,7 @@ def test_what_the_striker_loses_the_shell_gains():
     assert sim.contact.unsolved == 0
 
 
+@pytest.mark.long
 def test_a_light_plate_struck_flat_takes_the_speed_of_the_striker():
     """One column of four nodes under a flat many-ball striker: at once M V / (M + m), and the plastic loss of theory."""
     side = 4e-3
@@ -149,6 +150,7 @@ def two_plates(path, self_contact):
     return World(scene)
 
 
+@pytest.mark.long
 def test_two_pieces_of_one_shell_meet_only_with_self_contact(tmp_path):
     """They close 3.2 mm at 40 m/s in 80 us. Without self-contact they have passed each other by 150 us."""
     gaps = {}
@@ -169,6 +171,7 @@ def test_two_pieces_of_one_shell_meet_only_with_self_contact(tmp_path):
     assert gaps[True] > 0.99 * THICKNESS
 
 
+@pytest.mark.long
 def test_a_fragment_still_makes_contact():
     """All cells are broken: every node is a flake of its own, keeps its mass, and is struck like any other (T 2.3.6.3)."""
     sim = start(velocity=(0, 0, -40.0), centre=(0, 0, TOP + 1e-6))

@@ -26,6 +26,7 @@ def test_water_at_rest_in_a_box():
     assert f["points"].min() > 0.5 * SPACING * (1 - 1e-9)
 
 
+@pytest.mark.long
 def test_every_wall_within_reach_shows_its_images():
     """At one pressure nothing pushes, in the corner of a slice three spacings thick as well: four walls are within reach there, and six in
     a cube."""
@@ -62,6 +63,7 @@ def test_standing_wave_in_a_closed_column():
     assert a[395:405].max() > 0.99 * a[:5].max()  # nothing is lost in two periods but the lag's (w dt)^4 / 2
 
 
+@pytest.mark.long
 def test_a_lid_with_a_hole_lets_water_out():
     hole = Hole(centre=(0.03, 0.03, 0), radius=0.015)
     walls = [w for w in box(0.06, 0.06) if w.normal != (0, 0, 1)] + [Wall(point=(0, 0, 0), normal=(0, 0, 1), hole=hole)]

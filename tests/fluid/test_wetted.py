@@ -157,6 +157,7 @@ def divided(low: float, high: float):
     return points, runtime.get(f.p.force, f.p.n)[back], runtime.get(f.p.rate, f.p.n)[back]
 
 
+@pytest.mark.long
 def test_past_the_rim_of_a_plate_one_pressure_pushes_nothing():
     """Water on both sides of a plate and beyond its rim, where some of each kernel sees past it: at one pressure what is left is the
     noise of a lattice beside facets."""
@@ -184,6 +185,7 @@ def test_past_the_rim_of_a_plate_one_pressure_pushes_nothing():
     assert push < 0.1
 
 
+@pytest.mark.long
 def test_water_does_not_see_through_a_wall():
     """What is behind a plate changes nothing before it."""
     points, force, rate = divided(-1.0, 1.0)
@@ -284,6 +286,7 @@ def test_pressure_does_the_work_that_the_density_stores(rigids, walled):
     assert walled or np.abs(force).max() < 1e-9 * np.abs(runtime.get(p.force, p.n)).sum()
 
 
+@pytest.mark.long
 def test_even_water_under_pressure_stays_and_presses_on_its_can():
     """A full can at one pressure: the walls bear it, and nothing is driven by more than 0.12 p D^2 but in the corner of disc and wall."""
     sim = start(can())
@@ -302,6 +305,7 @@ def test_even_water_under_pressure_stays_and_presses_on_its_can():
     assert (force * (x - [0, 0, 0.075])).sum() == pytest.approx(3 * pressure * volume, rel=0.1)
 
 
+@pytest.mark.long
 def test_a_drop_bounces_off_a_plate_without_loss():
     sim = start(plane(0.01))
     sim.advance_to(8e-4)
@@ -321,6 +325,7 @@ def test_a_rigid_surface_is_closed_and_has_its_area():
     assert 0.9 * volume < (x * a).sum() / 3 < volume
 
 
+@pytest.mark.long
 def test_a_light_film_swings_with_its_water_at_the_step_that_is_chosen():
     """A film of 0.25 kg/m2 and the 12.5 mm of water along it: the bare step of the water bursts it (docs/method.md, 11)."""
     film = Material(name="film", young=1e8, poisson=0.3, density=500.0)
@@ -334,6 +339,7 @@ def test_a_light_film_swings_with_its_water_at_the_step_that_is_chosen():
     assert entries["kinetic"] + entries["elastic"] < 1.001 * entries["injected"]
 
 
+@pytest.mark.long
 def test_a_light_ball_on_water_does_not_swing_itself_to_death():
     ball = Rigid(name="ball", mass=1e-3, pinballs=[Pinball(centre=(0, 0, 0.0355), radius=0.025)])
     box = FluidBox(lo=(-0.05, -0.05, -0.04), hi=(0.05, 0.05, 0.0))

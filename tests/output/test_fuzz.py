@@ -11,6 +11,7 @@ import sys
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
+from random import Random
 
 import numpy as np
 import pytest
@@ -23,8 +24,10 @@ from taichi_sph.output.files import read_json, write_json
 from taichi_sph.output.folder import RunFolder
 from taichi_sph.output.frames import FramesFile, FramesWriter
 from taichi_sph.output.histories import HistoryWriter, read_history, truncate, write_history
+from taichi_sph.output.results import markdown, record_name
 from taichi_sph.output.summary import measured
 
+from ..scene.test_fuzz import changed as spoiled
 from .synthetic import plate_scene, write_run
 
 FEW, MANY = 200, 10_000
@@ -264,7 +267,29 @@ def folders(folder: Path, cases: range) -> Counter:
     return outcomes
 
 
-KINDS = {"folders": folders, "checkpoints": checkpoints, "frames": frames, "histories": histories, "jsons": jsons}
+def summaries(folder: Path, cases: range) -> Counter:
+    """A summary of which entries are lost, renamed, or of another kind: refused, or fit for an answer and for the tables of results."""
+    run = write_run(folder / "run", 2, plate_scene(**{"numerics.spacing": 2e-3}), spacing=2e-3)
+    path = run.path / "summary.json"
+    valid = path.read_text()
+    outcomes: Counter = Counter()
+    for number in cases:
+        path.write_text(json.dumps(spoiled(json.loads(valid), Random(number))))
+        try:
+            found = run.summary
+            record_name(found), answer(run, found), markdown([found])
+            outcome = "right"
+        except SceneError as error:
+            outcome = "sentence" if "\n" not in str(error) and 20 < len(str(error)) < 2000 else "no sentence"
+        except Exception as error:  # what the test counts
+            outcome = f"traceback: {type(error).__name__}: {error}"
+        outcomes[outcome] += 1
+        if outcome not in ("right", "sentence"):
+            print(f"case {number}: {outcome}")
+    return outcomes
+
+
+KINDS = {"folders": folders, "summaries": summaries, "checkpoints": checkpoints, "frames": frames, "histories": histories, "jsons": jsons}
 HERE = "import sys\nfrom pathlib import Path\nfrom tests.output.test_fuzz import KINDS\n"
 HERE += "print(dict(KINDS[sys.argv[1]](Path(sys.argv[2]), range(int(sys.argv[3]), int(sys.argv[4])))))"
 
@@ -287,7 +312,7 @@ def check(kind: str, folder: Path, cases: range) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_damage_is_refused_in_one_sentence(kind: str, tmp_path: Path) -> None:
-    check(kind, tmp_path, range(FEW // 4 if kind in ("frames", "folders") else FEW))
+    check(kind, tmp_path, range(FEW // 4 if kind in ("frames", "folders", "summaries") else FEW))
 
 
 @pytest.mark.long

@@ -137,7 +137,7 @@ def test_results(run: RunFolder, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "content, sentence", [("{", "not valid JSON"), ("[]", "not the summary"), (json.dumps({"scene": "x"}), "no 'quality'")]
+    "content, sentence", [("{", "not valid JSON"), ("[]", "not the summary"), (json.dumps({"scene": "x"}), "title is missing")]
 )
 def test_spoiled_summaries(tmp_path: Path, content: str, sentence: str) -> None:
     (tmp_path / "x.json").write_text(content)

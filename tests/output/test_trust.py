@@ -16,6 +16,7 @@ from taichi_sph.frame import BodyFrame, Frame
 from taichi_sph.output import files
 from taichi_sph.output.frames import FramesFile, FramesWriter
 from taichi_sph.output.histories import HistoryWriter, read_history, write_history
+from taichi_sph.scene import load
 
 N = 9
 
@@ -255,7 +256,7 @@ def test_a_pipe_does_not_hang_the_reader(tmp_path: Path) -> None:
 
 
 def test_a_file_of_a_million_million_bytes_takes_no_memory(tmp_path: Path) -> None:
-    for name, act in (("a.json", files.read_json), ("a.csv", read_history)):
+    for name, act in (("a.json", files.read_json), ("scene.json", load), ("a.csv", read_history)):
         with (tmp_path / name).open("wb") as file:
             file.truncate(10**12)
         with pytest.raises(SceneError, match="MB are read|this machine has"):

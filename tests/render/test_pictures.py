@@ -14,7 +14,7 @@ from PIL import Image
 
 from taichi_sph.errors import SceneError
 from taichi_sph.frame import BodyFrame
-from taichi_sph.render import backend, panel, pictures, plots
+from taichi_sph.render import backend, panel, pictures, plots, prices
 from taichi_sph.scene import Collocation
 
 from ..output.synthetic import frames, plate_scene, write_run
@@ -159,6 +159,10 @@ def test_titles_are_no_formulas(tmp_path: Path, renderer: str) -> None:
         run = write_run(tmp_path / str(len(name)), count=2, spacing=0.002, scene=plate_scene(title=name))
         pictures.render_compare([run.path, run.path], tmp_path / "both.png")
         plots.energies(run, f"{run.scene.title}: energy").savefig(tmp_path / "energy.png")
+        pictures.render_compare([run.path, run.path], tmp_path / "both.png", title=name)
+        where = {"processor": 2.0, "node_steps": 1e6}
+        points = [{"name": label, "error": 0.01, "status": "done", "spread": None, **where} for label in ("as it is", f"quality {name}")]
+        prices.render_price({"title": name, "references": {name: 1.0}, "points": points}, tmp_path / "price.png")
 
 
 def test_titles_tell_runs_apart(tmp_path: Path) -> None:

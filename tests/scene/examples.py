@@ -97,6 +97,45 @@ def everything() -> dict[str, Any]:
     }  # fmt: skip
 
 
+def more() -> dict[str, Any]:
+    """What neither says: a patch, solids, welds, sections, gas, a rigid surface, the Riemann dissipation."""
+    steel = {"name": "steel", "young": 210e9, "poisson": 0.3, "density": 7800.0}
+    rubber = {"name": "rubber", "young": 2e6, "poisson": 0.3, "density": 1100.0}
+    copper = {
+        "name": "copper",
+        "young": 117e9,
+        "poisson": 0.35,
+        "density": 8930.0,
+        "strength": {"kind": "power", "A": 118e6, "B": 484e6, "n": 0.74},
+    }
+    upright = {"kind": "plate", "length": 0.1, "width": 0.04, "origin": [0.0, 0.05, -0.2], "normal": [0, -1, 0], "along": [1, 0, 0]}
+    return {
+        "name": "more", "title": "All other sorts", "source": "tests",
+        "shells": [
+            {"name": "panel", "surface": {"kind": "plate", "length": 0.1, "width": 0.1}, "thickness": 2e-3, "material": steel,
+             "motion": "free", "formulation": {"kind": "elements", "points": 1}, "spacing": 1e-2,
+             "patch": {"where": [{"kind": "ball", "centre": [0.05, 0.05, 0.0], "radius": 0.03}], "spacing": 5e-3}},
+            {"name": "base", "surface": {"kind": "plate", "length": 0.1, "width": 0.1, "origin": [0.0, 0.0, -0.2]}, "thickness": 2e-3,
+             "material": steel, "motion": "free", "sections": [{"where": {"kind": "box", "lo": [0.05, None, None]}, "thickness": 1e-3}]},
+            {"name": "rib", "surface": upright, "thickness": 2e-3, "material": steel, "motion": "free"},
+            {"name": "balloon", "surface": {"kind": "sphere", "radius": 0.03, "origin": [0.3, 0.0, 0.0]}, "thickness": 1e-3,
+             "material": rubber, "motion": "free"},
+        ],
+        "solids": [{"name": "bar", "shape": {"kind": "rod", "radius": 6e-3, "length": 2e-2, "origin": [0.05, 0.05, 1.2e-3]},
+                    "material": copper, "spacing": 3e-3}],
+        "rigids": [{"name": "die", "surface": {"kind": "sphere", "radius": 0.02, "origin": [0.05, 0.02, -0.1785]},
+                    "velocity": [0, 0, -20.0], "density": 7800.0}],
+        "fluids": [{"name": "water", "fill": {"kind": "box", "lo": [0.5, 0, 0], "hi": [0.54, 0.04, 0.04]}, "dissipation": "riemann"}],
+        "walls": [{"point": [0.5, 0, 0], "normal": [0, 0, 1]}],
+        "welds": [{"between": ["base", "rib"]}],
+        "gases": [{"body": "balloon", "pressure": 1.2e5, "outside": 1e5}],
+        "initial": [{"body": "bar", "velocity": [0, 0, -50.0]}, {"body": "balloon", "radial": {"speed": 1.0}}],
+        "meetings": [{"between": ["panel", "water"], "meet": False}, {"between": ["bar", "water"], "meet": False}],
+        "gravity": [0, 0, -9.81], "duration": 1e-4, "numerics": {"spacing": 1e-2},
+        "output": {"frames": 3, "samples": 10},
+    }  # fmt: skip
+
+
 def at_rest(method: str) -> dict[str, Any]:
     """A plate in equilibrium, by that method."""
     scene = {key: value for key, value in everything().items() if key in ("title", "source", "shells", "motions")}

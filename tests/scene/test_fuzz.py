@@ -27,7 +27,7 @@ from taichi_sph.run.progress import Progress
 from taichi_sph.run.session import checked_plan, tell_plan
 from taichi_sph.scene import Study, dump, load
 
-from .examples import at_rest, everything
+from .examples import at_rest, everything, more
 
 ROOT = Path(__file__).parents[2]
 FEW, MANY = 150, 10_000
@@ -132,17 +132,17 @@ def bases() -> list[tuple[str, str]]:
     for path in sorted((ROOT / "scenes").glob("*.py")):
         if path.stem not in LEFT_OUT and not path.stem.startswith("_"):
             found.append((path.stem, dump(load(path, {"quality": "draft"}))))
-    more = [everything(), at_rest("newton"), at_rest("arc")]  # a quarter of all cases
-    return found + [(scene["name"], json.dumps(scene)) for scene in more for _ in range(3)]
+    others = [everything(), more(), at_rest("newton"), at_rest("arc")]  # a quarter of all cases
+    return found + [(scene["name"], json.dumps(scene)) for scene in others for _ in range(3)]
 
 
-def judged(path: Path) -> str:
-    """What becomes of a scene on disk, as `validate` would have it."""
+def judged(path: Path, large: float = math.inf) -> str:
+    """What becomes of a scene on disk, as `validate` would have it; large: as in `plan`."""
     try:
         found = load(path)
         scenes = list(found.cases.values())[:2] if isinstance(found, Study) else [found]
         for scene in scenes:
-            p = checked_plan(scene, "cpu")
+            p = checked_plan(scene, "cpu", large)
             tell_plan(scene, p, Progress(terse=True))
             numbers = [p.dt, float(p.steps), float(p.memory), float(p.disk), p.seconds]
             numbers += [x for body in p.bodies for x in (float(body.nodes), body.mass)]

@@ -170,6 +170,7 @@ def other(name: str, origin: tuple[float, float, float]) -> tuple[Shell, dict]:
     return made.model_copy(update={"thickness": 1.2e-3, "material": softer, "spacing": 1.25 * D, "cells": "triangle"}), loads
 
 
+@pytest.mark.long
 def test_plates_of_other_numbers_stand_in_one_group():
     """Each moves as alone but for rounding: the order in which a row meets its neighbours follows the largest support."""
     one, two = hit("one", (0.0, 0.0, 0.0)), other("two", (0.0, 2 * SIDE, 0.0))
@@ -188,6 +189,7 @@ def test_plates_of_other_numbers_stand_in_one_group():
         assert np.array_equal(found[name]["cells"], mine["cells"])
 
 
+@pytest.mark.long
 def test_largest_frequencies_are_those_of_the_bodies():
     """Bit for bit: the iterations of two bodies share the evaluations of the operator, nothing else."""
     from taichi_sph.bodies.shell.stable_dt import largest_frequencies
@@ -201,6 +203,7 @@ def test_largest_frequencies_are_those_of_the_bodies():
     assert both[1] == pytest.approx(2**0.5 * both[0], rel=1e-3)
 
 
+@pytest.mark.long
 def test_other_laws_make_another_group():
     """Each group has pools of its own name; the bodies move as they do alone."""
     one, two = torn("one", (0.0, 0.0, 0.0), "galerkin"), hit("two", (0.0, 2 * SIDE, 0.0))
@@ -329,6 +332,7 @@ class Pushes(Coupling):
         return Entries(external=self.work)
 
 
+@pytest.mark.long
 def test_a_plate_of_two_steps_is_one_at_twice_the_step():
     """With nothing else around, the blows are the leap-frog at twice the step; its neighbour does not notice. The ledger closes."""
     sim = World(swinging((1, 2)))
@@ -364,6 +368,7 @@ def test_two_steps_agree_with_one_to_second_order():
     assert off[1] < 0.3 * off[0] and off[0] < 0.02
 
 
+@pytest.mark.long
 def test_the_ledger_closes_when_others_push_between_two_steps():
     closed = []
     for every in (1, 2):

@@ -39,6 +39,7 @@ def test_a_clamped_plate_does_not_lock(form):
             assert ratio(module.one("draft", slenderness, nodes, "quad", form, 13)) == pytest.approx(1.0, abs=0.02)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("form", FORMS)
 def test_a_cantilever_does_not_lock(form):
     """A4."""
@@ -47,6 +48,7 @@ def test_a_cantilever_does_not_lock(form):
         assert ratio(said) == pytest.approx(1.0, abs=0.01)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("form", FORMS)
 def test_a_roof(form):
     """A5: 14 nodes along the straight side; quads, and triangles, which are stiffer within the surface: 0.93 here, 0.987 with 40."""
@@ -55,6 +57,7 @@ def test_a_roof(form):
         assert ratio(scene_of("scordelis_lo", nodes="irregular", cells="triangle", formulation=form)) == pytest.approx(1.0, abs=0.08)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("form", FORMS)
 def test_a_pinched_cylinder(form):
     """A6: a force spread over a disc, 16 nodes along the arc."""
@@ -70,6 +73,7 @@ def test_a_pinched_hemisphere(form):
     assert ratio(scene_of("hemisphere", nodes="irregular", formulation=form)) == pytest.approx(1.0, abs=0.08)
 
 
+@pytest.mark.long
 def test_frequencies():
     """A8: free and simply supported, 12 elements a side."""
     n, e = 12, 0.01
@@ -84,6 +88,7 @@ def test_frequencies():
             assert sim.instead.frequency / scale == pytest.approx(wanted, rel=0.035)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("thickness, cells", [(1e-3, "quad"), (1.0, "triangle"), (10.0, "quad")])
 def test_the_step_is_at_the_limit(thickness, cells):
     """A9: the predicted step is never above the measured limit and at most 10 % below, from thin to thick."""

@@ -83,6 +83,7 @@ def test_a_turning_shell(points):
     assert abs(end["kinetic"] + end["elastic"] - energy["kinetic"] - energy["elastic"]) < 1e-3 * energy["kinetic"]
 
 
+@pytest.mark.long
 def test_single_precision():
     """The same motion to 1e-3; a flat plate in flight strains nothing."""
     ends = []

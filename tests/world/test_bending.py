@@ -71,6 +71,7 @@ def test_gravity_pressure_and_nodal_forces_agree():
     assert found == pytest.approx([found[0]] * 4, rel=0.02)
 
 
+@pytest.mark.long
 def test_supported_and_free_frequencies():
     """A8, coarse: within 6 % on 12 x 12 cells."""
     n, e = 12, 0.01
@@ -106,6 +107,7 @@ def test_predicted_step_is_at_the_limit(thickness, nu):
     assert 0.9 < ratio <= 1.0
 
 
+@pytest.mark.long
 def test_follower_pressure_does_the_work_that_is_stored():
     """The ledger of a plate blown up by a pressure that turns with it, far into large deflections."""
     sim, middle = plate(e=0.01, load={"pressures": [SurfacePressure(shell="shell", value=2e6, history=Ramp(rise=1.0))]})
@@ -173,6 +175,7 @@ def test_an_end_moment_bends_a_strip_to_an_arc():
     assert sim.energies()["external"] == pytest.approx(0.5 * moment * angle, rel=0.03)
 
 
+@pytest.mark.long
 def test_a_held_spin_leaves_no_drilling():
     """Where a director leans out of the plane in which it is held, nothing turns it about itself."""
     roof = load_scene(ROOT / "scenes" / "scordelis_lo.py", {"nodes": "irregular", "quality": "standard"})
@@ -240,6 +243,7 @@ def test_extremes_stay_bounded(name, cells):
     assert last["kinetic"] + last["elastic"] == pytest.approx(total, rel=2e-2)
 
 
+@pytest.mark.long
 def test_a_hole_stays_bounded(tmp_path):
     """A plate with a hole, from a mesh file: no load, no energy; its free inner edge pulls at nothing when it turns."""
     import meshio
@@ -306,6 +310,7 @@ def test_tension_to_half_its_length_again():
     assert abs(sim.energies()["closed_residual_percent"]) < 1.0
 
 
+@pytest.mark.long
 def test_compression_beyond_buckling():
     """A thin strip, nudged and shortened by 10 %, bows out far and stays whole; a straight Euler column would not."""
     n, e = 10, 0.01

@@ -116,6 +116,7 @@ def test_a_part_is_there_exactly_where_it_is_asked_for(part):
     assert own <= fields and head in heads(fields) and files <= modules(kernels)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["crack_branching", "beam_impact", "wave"])
 def test_flat_scenes_of_the_library(name):
     options = {"quality": "draft", "duration": 1e-5} | ({"nodes": "regular", "formulation": "galerkin"} if name == "wave" else {})
@@ -167,6 +168,7 @@ def per_step(counted: Counter) -> set[str]:
     return always
 
 
+@pytest.mark.long
 def test_a_step_costs_what_its_terms_cost(launches):
     """Launched per step: five kernels, whatever the material is and whether the plate bends; a striker that is far away
     six more, none of which looks at pairs."""

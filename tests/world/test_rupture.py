@@ -163,6 +163,7 @@ def branching():
     )
 
 
+@pytest.mark.long
 def test_the_crack_runs(branching):
     assert branching.history[-1]["broken"] - branching.precut > 30
     ran = np.setdiff1d(np.flatnonzero(branching.broken), branching.cut_cells)
@@ -205,6 +206,7 @@ def test_mass(branching):
 # --- fragments ----------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["galerkin", "collocation"])
 def test_a_fragment_keeps_mass_and_velocity(kind):
     """Break every cell around one node: it flies on, and its neighbours do not feel it any more."""

@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, StrictBool, StrictInt, model_validator
 
 from ...errors import nearest
-from ...scene.base import Body, Choice, Frozen, Point
+from ...scene.base import Body, Choice, Direction, Frozen, Point
 from ...scene.kinds import Kind
 from ...scene.units import Density, Dimensionless, Length, Pressure, Speed, show
 
@@ -188,7 +188,7 @@ class Wall(Frozen):
     names, None: for all."""
 
     point: Point
-    normal: tuple[float, float, float]
+    normal: Direction
     hole: Hole | None = None
     fluids: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
 

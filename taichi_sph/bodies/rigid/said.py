@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field, StrictBool, model_validator
 
-from ...scene.base import Body, Choice, Frozen, Point
+from ...scene.base import Body, Choice, Direction, Frozen, Point
 from ...scene.histories import History, Step, factor
 from ...scene.kinds import Kind
 from ...scene.regions import Region
@@ -31,7 +31,7 @@ class DiscFace(Frozen):
 
     kind: Literal["disc"] = "disc"
     centre: Point
-    normal: tuple[float, float, float]
+    normal: Direction
     radius: Annotated[Length, Field(gt=0)]
     hole: Annotated[Length, Field(ge=0)] = 0.0
     within: tuple[Region, ...] = ()

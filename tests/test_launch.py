@@ -1,0 +1,83 @@
+"""A launch that is made again does what Taichi's own does."""
+
+import numpy as np
+import pytest
+
+from taichi_sph import runtime
+from taichi_sph.pool import Pool
+from taichi_sph.runtime import ti
+
+
+@ti.kernel
+def add(pool: ti.template(), n: ti.i32, value: ti.f64) -> ti.f64:
+    total = ti.cast(0.0, ti.f64)
+    ti.loop_config(serialize=True)
+    for i in range(n):
+        pool.x[i] += value
+        total += pool.x[i]
+    return total
+
+
+@ti.kernel
+def scale(pool: ti.template(), power: ti.template(), by: ti.f32):
+    for i in range(8):
+        for _ in ti.static(range(power)):
+            pool.x[i] *= by
+
+
+def pool(name):
+    made = Pool(name)
+    made.x = made.field("x", 8, dtype="f64", doc="a number")
+    return made
+
+
+@pytest.fixture
+def two():
+    runtime.start(threads=1)
+    return pool("one"), pool("two")
+
+
+def known():
+    return len(add._primal.known)
+
+
+def test_numbers_and_templates_may_change(two):
+    one, other = two
+    assert add(one, 3, 1.5) == 4.5 and known() == 1
+    assert add(one, 2, 1) == 5.0 and known() == 1  # whole numbers are real ones too, and so are NumPy's
+    assert add(other, np.int64(2), np.float32(0.25)) == 0.5 and known() == 2
+    assert add(other, np.int32(1), 0.0) == 0.25 and known() == 2
+    assert runtime.get(one.x, 4) == pytest.approx([2.5, 2.5, 1.5, 0.0]) and runtime.get(other.x, 3) == pytest.approx([0.25, 0.25, 0.0])
+
+
+def test_a_template_that_is_a_number_is_taken_by_its_value(two):
+    one, _ = two
+    runtime.fill(one.x, 1.0)
+    for power in (1, 2, 1, 2):
+        scale(one, power, 3.0)
+    assert runtime.get(one.x, 8) == pytest.approx(np.full(8, 3.0**6)) and not scale._primal.known
+
+
+@pytest.mark.parametrize("bad", [(2.5, 1.0), (1, "x"), ("1", 1.0), (None, 1.0), (2**80, 1.0)])
+def test_what_is_no_number_is_refused_as_by_taichi(two, bad):
+    one, _ = two
+    add(one, 1, 1.0)
+    with pytest.raises(Exception) as quick:
+        add(one, *bad)
+    with pytest.raises(Exception) as slow:
+        type(add._primal).__call__.__wrapped__(add._primal, one, *bad)
+    assert (
+        type(quick.value) is type(slow.value) and str(quick.value).split(" at 0x")[0].strip() == str(slow.value).split(" at 0x")[0].strip()
+    )
+    assert runtime.get(one.x, 2) == pytest.approx([1.0, 0.0])
+    with pytest.raises(Exception, match="missing"):
+        add(one, 1)
+
+
+def test_nothing_of_a_run_is_left_in_the_next(two):
+    one, _ = two
+    add(one, 1, 1.0)
+    runtime.start(threads=1)
+    assert known() == 0
+    again = pool("one")
+    assert add(again, 1, 2.0) == 2.0 and known() == 1
