@@ -53,7 +53,7 @@ class FluidPairs:
         self.wets = False
         self.tait, self.cut, self.riemann = tait, cut, riemann
         self.mixes = len(p.masses) > 1
-        self.alone = ti.Vector([*runtime.get(p.constants, 1)[0]], ti.f64)
+        self.alone = tuple(runtime.get(p.constants, 1)[0].tolist())
 
     def pack(self, dt: float) -> None:
         """Records of the particles at the positions now, dt after the last pass; with the pressure that will act."""
