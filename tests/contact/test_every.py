@@ -51,7 +51,7 @@ def test_a_fluid_of_its_own_step_pushes_a_wall_as_one_of_every_step():
         assert pushed[-1] == pytest.approx(p[-1], rel=0.015)
         assert entries["contact"] == pytest.approx(ledger["contact"], rel=0.02)
         # a blow comes when the particle has its step: the wall is pushed as much as at `every` = 1, an own step sooner or later
-        slack = 0.02 * p[-1]
+        slack = 0.03 * p[-1]
         inner = (times > t[0] + own) & (times < t[-1] - own)
         assert (pushed[inner] > np.interp(times[inner] - own, t, p) - slack).all()
         assert (pushed[inner] < np.interp(times[inner] + own, t, p) + slack).all()
