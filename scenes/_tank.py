@@ -9,6 +9,7 @@ from taichi_sph.scene import Ball, Box, Cylinder, FiniteElements, Material, Patc
 
 RADIUS, HEIGHT, THICKNESS = 0.15, 0.6, 1e-3  # m
 PATCH = 80e-3  # m, radius of the particles about a hole, where the rest is of elements
+BEGIN = 15e-3  # m, the same of a patch that grows
 BULLET, LENGTH, MASS, PINBALLS = 9e-3, 3.6e-3, 0.031, 4  # m, m between the first and the last pinball, kg
 
 
@@ -24,11 +25,12 @@ def tank(necks: bool, name: str = "tank", y: float = 0.0) -> Shell:
     return Shell(name=name, surface=surface, thickness=THICKNESS, material=steel(necks), motion="free")
 
 
-def tank_of_elements(necks: bool, spacing: float) -> Shell:
-    """The tank of finite elements three times as wide as particles are apart (`spacing` [m]), which stand where the bullet goes through."""
-    there = [Ball(centre=(x, 0, HEIGHT / 2), radius=PATCH) for x in (RADIUS, -RADIUS)]
-    said = {"formulation": FiniteElements(points=1), "spacing": 3 * spacing, "patch": Patch(where=there, spacing=spacing)}
-    return tank(necks).model_copy(update=said)
+def tank_of_elements(necks: bool, spacing: float, grows: bool = False) -> Shell:
+    """The tank of finite elements three times as wide as particles are apart (`spacing` [m]), which stand where the bullet goes through, or
+    begin to stand there and follow the damage."""
+    there = [Ball(centre=(x, 0, HEIGHT / 2), radius=BEGIN + spacing if grows else PATCH) for x in (RADIUS, -RADIUS)]
+    patch = Patch(where=there, spacing=spacing, grows=grows)
+    return tank(necks).model_copy(update={"formulation": FiniteElements(points=1), "spacing": 3 * spacing, "patch": patch})
 
 
 def bullet(velocity: float, name: str = "bullet", y: float = 0.0) -> Rigid:

@@ -3,7 +3,8 @@
 The tank and the bullet of scenes/_tank.py, the bullet at 730 m/s. Cells wider than the sheet is thick spread its neck (`necks`; T: none).
 Measured (Timm 2003): about 688 m/s after the front wall,
 640 m/s after the back by equal loss of energy; T: 673 and 621 m/s, B -6.1 %.
-`coupled`: finite elements with one point, and particles within 80 mm of the two holes (T 4.6.1: 584 m/s, 4.65 times cheaper).
+`coupled`: finite elements with one point, and particles within 80 mm of the two holes (T 4.6.1: 584 m/s, 4.65 times cheaper); with
+`grows` fewer at first, and more where damage comes near.
 
     python scenes/empty_tank.py --quality paper --out DIR
 """
@@ -15,13 +16,15 @@ from taichi_sph.scene import Numerics, Output, Quality, Quantity, Scene, Speed
 SPACING = {"draft": 10e-3, "standard": 6e-3, "paper": 4.18e-3}  # m; 41 666 nodes for paper, T has 43 006
 
 
-def scene(quality: Quality = "draft", velocity: Speed = 730.0, necks: bool = True, coupled: bool = False) -> Scene:
+def scene(quality: Quality = "draft", velocity: Speed = 730.0, necks: bool = True, coupled: bool = False, grows: bool = False) -> Scene:
+    if grows and not coupled:
+        raise ValueError("grows = True: it is the patch of elements and particles that grows; set coupled = True as well")
     d = SPACING[quality]
     return Scene(
         name="empty_tank",
         title=f"Bullet through an empty tank, {velocity:g} m/s{', elements and particles' if coupled else ''}",
         source="T 3.4; experiments of Timm 2003",
-        shells=[tank_of_elements(necks, d) if coupled else tank(necks)],
+        shells=[tank_of_elements(necks, d, grows) if coupled else tank(necks)],
         rigids=[bullet(velocity)],
         motions=supports(d),
         duration="600 us",

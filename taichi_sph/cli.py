@@ -298,15 +298,17 @@ def bench(
     fluid: Annotated[bool, typer.Option("--fluid", help="Of water instead of a shell.")] = False,
     metal: Annotated[bool, typer.Option("--metal", help="Of a bent shell of metal that yields and tears.")] = False,
     solid: Annotated[bool, typer.Option("--solid", help="Of solids: elastic, of metal, of particles.")] = False,
+    elements: Annotated[bool, typer.Option("--elements", help="Of shells of finite elements beside particles.")] = False,
     coupled: Annotated[bool, typer.Option("--coupled", help="Of the filled tank beside its parts; time outside kernels.")] = False,
     quality: Annotated[str, typer.Option("--quality", "-q", help="With --coupled: of the tank.")] = "draft",
     out: Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE", help="Keep the numbers as JSON.")] = None,
 ) -> None:
     """Measure node-steps per second, bytes per node-step, memory bandwidth and time to the first step."""
     from .verification import bench as measuring
-    from .verification import bench_solid
+    from .verification import bench_elements, bench_solid
 
-    given = [name for name, asked in (("--fluid", fluid), ("--metal", metal), ("--solid", solid), ("--coupled", coupled)) if asked]
+    asked = {"--fluid": fluid, "--metal": metal, "--solid": solid, "--elements": elements, "--coupled": coupled}
+    given = [name for name, one in asked.items() if one]
     if len(given) > 1:
         raise SceneError(f"{given[0]} and {given[1]} are both given: bench measures one of them")
     if coupled:
@@ -315,6 +317,9 @@ def bench(
         from .verification import coupled as together
 
         together.main(_find, quality, arch, threads, out)
+        return
+    if elements:
+        bench_elements.main(tuple(nodes or ()), arch, threads, precision, out)
         return
     (bench_solid.main if solid else measuring.main_fluid if fluid else measuring.main_metal if metal else measuring.main)(
         tuple(nodes or ()), arch, threads, precision, out

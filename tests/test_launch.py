@@ -103,3 +103,13 @@ def test_nothing_of_a_run_is_left_in_the_next(two):
     assert known() == 0
     again = pool("one")
     assert add(again, 1, 2.0) == 2.0 and known() == 1
+
+
+def test_what_waits_is_written_before_a_launch_that_is_known(two):
+    """Values put into a field while another one has no place yet (memory.py)."""
+    one, _ = two
+    assert add(one, 1, 1.0) == 1.0 and known() == 1
+    late = pool("late")
+    runtime.put(one.x, np.full(8, 100.0))
+    assert add(one, 1, 1.0) == 101.0
+    assert runtime.get(one.x, 2) == pytest.approx([101.0, 100.0]) and not runtime.get(late.x, 8).any()

@@ -47,7 +47,6 @@ def test_patches_are_refused(monkeypatch):
 # Loops of one thread that a shader may run, and what keeps them short; whoever adds one adds its twin for devices (runtime.one_by_one)
 SHORT = {
     "couplings/contact/multipliers.py": {"_wear": "bodies", "_measure": "bodies", "_error": "bodies"},
-    "couplings/arlequin/tie.py": {"_solve": "refused on shaders"},
     "bodies/rigid/port.py": {"_look": "pinballs, whose pairs are counted by their square"},
     "bodies/shell/instead/statics.py": {"_sum": "statics are of some ten thousand nodes"},
 }

@@ -28,6 +28,7 @@ from .sheet import Shot, sheet
 STRIP_TIMES = 5
 AROUND = 0.5  # of its width, how far from a shell things are still shown
 LONGER = 1.2  # along x over along y, from which on a section without a striker lies along x
+PLANE = 3.0  # sizes of all shells together: a ball of a larger radius is not drawn
 LARGE = 0.1  # of a shell's width: a striker of a larger radius is halved in sections
 DROP = 0.6  # of its diameter: how large a particle is drawn once it is out
 CLOSE = 1.35  # the close-up shows this much more than the broken cells
@@ -47,7 +48,13 @@ def suffers(run: RunFolder) -> bool:
 
 
 def bodies_at(run: RunFolder, index: int) -> list[BodyFrame]:
-    return [run.frames(name).body(index) for name in run.bodies()]
+    """All bodies of a frame. A ball much wider than the shells stands for a plane: it would hide what it touches."""
+    bodies = [run.frames(name).body(index) for name in run.bodies()]
+    if not run.of_kind("shell"):
+        return bodies
+    most = PLANE * float(np.linalg.norm(np.subtract(*box(run))))
+    seen = [chosen(body, body.point_data["radius"] <= most) if body.form == "balls" else body for body in bodies]
+    return [body for body in seen if len(body.points)]
 
 
 def _round_up(value: float) -> float:
@@ -165,8 +172,8 @@ def middles(run: RunFolder) -> dict[str, np.ndarray]:
 
 
 def striker_radius(run: RunFolder) -> float:
-    """Of the largest pinball [m]."""
-    balls = [body for file in run.of_kind("rigid") if (body := file.body(0)).form == "balls"]
+    """Of the largest pinball that is drawn [m]."""
+    balls = [body for body in bodies_at(run, 0) if body.form == "balls"]
     return max((float(body.point_data["radius"].max()) for body in balls), default=0.0)
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from ..bodies.fluid.count import count as particles
 from ..bodies.fluid.said import FluidBox
+from ..bodies.rigid.said import Rigid
+from ..bodies.rigid.solid import MOST, PITCH, RADIUS
 from ..errors import SceneError
 from ..geometry.mesh import SurfaceMesh
 from ..geometry.solids import count as nodes_of_solid
@@ -59,6 +61,9 @@ def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceM
                 f"duration {show(scene.duration, 's')} takes about {steps:.2g} time steps of fluid '{fluid.name}' ({key} "
                 f"{show(spacing, 'm')}, sound {fluid.water.sound:.4g} m/s); at most {MAX_STEPS // 1_000_000} million are allowed"
             )
+    for body in scene.rigids:
+        if body.surface is not None and not isinstance(body.surface, Given):
+            _rigid_surface(body, scene)
     for index, solid in enumerate(scene.solids):
         if isinstance(solid.shape, Generated):
             key = f"solids[{index}].spacing" if solid.spacing else "numerics.spacing"
@@ -76,6 +81,21 @@ def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceM
             f"{bytes_text(memory)} of memory; this machine has {bytes_text(available)}"
         )
     return counts
+
+
+def _rigid_surface(body: Rigid, scene: Scene) -> None:
+    """Not smaller than a spacing, and of no more pinballs than a body may have."""
+    surface, numerics = body.surface, scene.numerics_of(body)
+    assert surface is not None and not isinstance(surface, Given)
+    key = "numerics.spacing" if body.spacing is None else f"{scene.key_of(body)}.spacing"
+    if numerics.spacing > surface.smallest * (1 + 1e-9):
+        raise SceneError(
+            f"{key} {show(numerics.spacing, 'm')} is larger than the body: the {surface.kind} of rigid '{body.name}' takes at most "
+            f"{show(surface.smallest, 'm')}"
+        )
+    if surface.area / numerics.spacing / numerics.spacing > MOST * (PITCH * RADIUS) ** 2:
+        raise SceneError(f"{key} {show(numerics.spacing, 'm')} gives rigid '{body.name}' more than {MOST} pinballs: raise its spacing")
+    _near(f"{scene.key_of(body)}.surface.origin", surface.origin, numerics.spacing)
 
 
 def _near(key: str, point: tuple[float, float, float], spacing: float) -> None:

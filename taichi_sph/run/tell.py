@@ -58,4 +58,6 @@ def overlap_text(overlap: dict[str, float]) -> str:
     )
     if overlap["damage"] > 0:
         text += f"; damage outside of the patch {100 * overlap['damage']:.2g} % of D_c"
+    if overlap.get("growths"):
+        text += f"; the patch grew {overlap['growths']:.0f} times"
     return text

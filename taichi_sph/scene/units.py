@@ -110,19 +110,22 @@ def to_si(text: str, unit: Unit) -> float:
 
 
 LIGHT = 299_792_458.0  # m/s
+FAR = 1e12  # m, beyond the planets: squares and cubes of lengths below are numbers
+MOST = {"m/s": (LIGHT, f"is faster than light ({LIGHT:.4g} m/s)"), "m": (FAR, f"is beyond {FAR:.0e} m, where no scene reaches")}
 
 
 def _sensible(value: float, unit: Unit) -> float:
-    if unit.symbol == "m/s" and abs(value) >= LIGHT and math.isfinite(value):
-        raise ValueError(f"is faster than light ({LIGHT:.4g} m/s)")
+    most, said = MOST.get(unit.symbol, (math.inf, ""))
+    if abs(value) >= most and math.isfinite(value):
+        raise ValueError(said)
     return value
 
 
 def _validator(unit: Unit) -> BeforeValidator:
-    bounded = unit.symbol == "m/s"
+    most, _ = MOST.get(unit.symbol, (math.inf, ""))
 
     def convert(value: Any) -> float:
-        if type(value) is float and not bounded:  # nearly all, and a scene may have a million of them
+        if type(value) is float and -most < value < most:  # nearly all, and a scene may have a million of them
             return value
         if isinstance(value, str):
             return _sensible(to_si(value, unit), unit)

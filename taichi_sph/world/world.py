@@ -12,14 +12,14 @@ import numpy as np
 
 from .. import runtime
 from ..bodies import kinds as body_kinds
-from ..bodies.body import Now, common_schedule, holding
+from ..bodies.body import Entries, Now, common_schedule, holding
 from ..couplings import kinds as coupling_kinds
 from ..errors import RunStopped
 from ..frame import Frame
 from ..observers.leak import UNITS, gauges
 from ..pool import Pool, restore_all, state_of
 from ..scene import Probe, Scene
-from . import watchdog
+from . import growth, watchdog
 from .ledger import balance, summed
 from .step import step
 
@@ -46,11 +46,18 @@ class World:
     """
 
     def __init__(self, scene: Scene, arch: str = "cpu", threads: int | None = None):
+        self._how = arch, scene.numerics.precision, threads
+        self.stepping = 0.0  # s of wall clock in steps
+        self.compile_seconds = 0.0
+        self.build(scene)
+
+    def build(self, scene: Scene) -> None:
+        """All bodies of a scene at t = 0. What was there before is lost."""
         began = clock.perf_counter()
-        runtime.start(arch, scene.numerics.precision, threads)
+        runtime.start(*self._how)
         self.scene = scene
         self.clock = Clock()
-        self.stepping = 0.0  # s of wall clock in steps
+        self._booked: dict[str, float] | None = None  # what the last look has summed up, until it is asked for
         self.groups: list[Any] = []
         for kind in body_kinds():
             self.groups += kind.make(scene, self.groups)
@@ -60,6 +67,7 @@ class World:
         self._probed = [(p, *self._followed(p)) for p in scene.output.probes]
         for one in (*self.groups, *self.couplings):
             one.start()
+        self.grown = growth.Grown(growth.names_of(self)) if growth.grows(scene) else None
         self._fit_dt()
         self.instead = self._instead()
         if self.instead is not None:
@@ -67,7 +75,7 @@ class World:
         for group in self.groups:
             group.strain(Now())  # so that the first step finds its kernels ready
         runtime.ti.sync()
-        self.compile_seconds = clock.perf_counter() - began
+        self.compile_seconds += clock.perf_counter() - began
 
     def _followed(self, probe: Probe) -> tuple[Any, int]:
         """The group and the number in it of what a probe follows; of a body in parts the nearest one."""
@@ -150,7 +158,7 @@ class World:
     def _fit_dt(self) -> None:
         """The stable step, shortened so that a whole number of steps ends the run."""
         left = self.scene.duration - self.time
-        longest = min(self._steps().values())
+        longest = self.longest
         self.dt = left / self._whole(max(1, math.ceil(left / longest * (1 - 1e-12)))) if left > 0 else longest
         self.clock.refit = False
 
@@ -168,6 +176,11 @@ class World:
                 # it makes stiffer what it acts on: squares of frequencies add up
                 steps[rule] = (longest**-2 + of_bodies**-2) ** -0.5
         return steps
+
+    @property
+    def longest(self) -> float:
+        """The longest step that is stable [s]."""
+        return min(self._steps().values())
 
     @property
     def dt_rule(self) -> str:
@@ -196,6 +209,7 @@ class World:
 
     def take(self, dt_before: float, dt: float) -> None:
         """One step of the bodies; the clock stays."""
+        self._booked = None
         step(self.groups, self.couplings, Now(self.time, self.step, dt_before, dt))
 
     def advance(self, steps: int) -> None:
@@ -225,16 +239,31 @@ class World:
             self.step += 1
             now = Now(self.time, self.step, self.dt, self.dt)
             self.clock.refit |= any([group.hastens(now) for group in self.groups])
+            if self.grown is not None and self.step % self.every == 0 and (wanted := self._wanted()):
+                growth.grow(self, wanted)
             if self.clock.refit and self.step % self.every == 0:
                 self._fit_dt()
         self.stepping += clock.perf_counter() - began
         self.look()
 
+    def _wanted(self) -> dict[str, tuple[int, ...]]:
+        """Elements that patches must hold from now on."""
+        return {one.name: one.wanted for one in self.couplings if getattr(one, "wanted", ())}
+
+    def entries(self) -> Entries:
+        """Of all groups and couplings, and what was booked of patches that grew."""
+        found = summed(self.groups, self.couplings)
+        if self.grown is not None:
+            self.grown.add_to(found)
+        return found
+
     def look(self) -> None:
-        """RunStopped when something cannot be true any more."""
+        """RunStopped when something cannot be true any more. A sample is often due after it: its sums are kept for that."""
         names = [body.name for group in self.groups for body in group.bodies]
         nothing = sum(group.negligible(self.dt) for group in self.groups)
-        watchdog.look(self.groups, names, self.energies(), Now(self.time, self.step), nothing)
+        booked = self.energies()
+        watchdog.look(self.groups, names, booked, Now(self.time, self.step), nothing)
+        self._booked = booked
 
     def advance_to(self, time: float) -> None:
         """Whole steps until `time` is reached, but for the rounding of their sum, or passed."""
@@ -243,7 +272,10 @@ class World:
 
     def energies(self) -> dict[str, float]:
         """The ledger [J] at the time of the last force evaluation, `time` [s] among them."""
-        found = summed(self.groups, self.couplings)
+        if self._booked is not None:
+            booked, self._booked = self._booked, None
+            return booked
+        found = self.entries()
         if self.instead is not None:  # nothing moves; the loads do their work from increment to increment
             found.kinetic = 0.0
             found.external = self.instead.work + sum(group.pressed() for group in self.groups)
@@ -299,7 +331,8 @@ class World:
             return None
         found = [tie.report() for tie in ties]
         worst = {key: max(one[key] for one in found) for key in found[0]}
-        return worst | {"share": sum(tie.seconds for tie in ties) / max(self.stepping, 1e-300)}
+        grown = {} if self.grown is None else {"growths": self.grown.events}
+        return worst | {"share": sum(tie.seconds for tie in ties) / max(self.stepping, 1e-300)} | grown
 
     def frame(self) -> Frame:
         """All bodies now."""
@@ -312,7 +345,8 @@ class World:
     def pools(self) -> list[Pool]:
         """All that has fields or history."""
         parts = [*self.groups, *self.couplings, *([self.instead] if self.instead is not None else [])]
-        return [self.clock, *(pool for part in parts for pool in part.pools()), *self.leaks]
+        grown = [] if self.grown is None else [self.grown]
+        return [self.clock, *(pool for part in parts for pool in part.pools()), *self.leaks, *grown]
 
     @property
     def unset(self) -> frozenset[str]:
@@ -321,10 +355,13 @@ class World:
 
     def state(self) -> dict[str, np.ndarray]:
         """All that is history, for a checkpoint."""
-        return state_of(self.pools)
+        return state_of(self.pools) | growth.patches(self.scene)
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Continue exactly from `state()`; SceneError, and nothing is touched, where it does not fit."""
+        self._booked = None
+        if self.grown is not None and (scene := growth.as_in(self.scene, state)) is not None:
+            self.build(scene)
         restore_all(self.pools, state)
 
 

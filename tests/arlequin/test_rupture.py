@@ -1,13 +1,15 @@
 """Rupture inside of a patch and outside of it."""
 
+import numpy as np
 import pytest
 
 from taichi_sph import runtime
 from taichi_sph.errors import RunStopped
 from taichi_sph.scene import Box, Delay, InitialVelocity, Mazars
+from taichi_sph.world import growth
 
 from ..exact import restarts_exactly
-from .scenes import patched, start, tied
+from .scenes import of_nodes, patched, start, tied
 
 CONCRETE = {
     "young": 32e9,
@@ -19,13 +21,13 @@ CONCRETE = {
 }
 
 
-def torn_at(x: float):
-    """Two halves that fly apart from x on."""
+def torn_at(x: float, **more):
+    """Two halves that fly apart from x on; keys of Patch."""
     pull = [
         InitialVelocity(body="shell", where=Box(lo=(x, None, None)), velocity=(3.0, 0, 0)),
         InitialVelocity(body="shell", where=Box(hi=(x, None, None)), velocity=(-3.0, 0, 0)),
     ]
-    return patched(motion="in_plane", n=4, material=CONCRETE, initial=pull, duration=2e-3)
+    return patched(motion="in_plane", n=4, material=CONCRETE, initial=pull, duration=2e-3, **more)
 
 
 def test_where_elements_would_break_the_run_stops():
@@ -38,7 +40,7 @@ def test_where_elements_would_break_the_run_stops():
 @pytest.mark.long
 def test_a_crack_near_the_overlap_changes_the_constraints():
     """It breaks two particles behind the overlap, whose constraints see it; velocities stay tied, and a restart is exact."""
-    sim = start(torn_at(0.55))
+    sim = start(torn_at(0.53))
     before = runtime.get(tied(sim).tie.coef, 200)
     steps = 0
     while not sim.status()["broken"] and steps < 400:
@@ -47,4 +49,48 @@ def test_a_crack_near_the_overlap_changes_the_constraints():
     sim.advance(20)
     assert sim.status()["broken"] and (runtime.get(tied(sim).tie.coef, 200) != before).any()
     assert tied(sim).left()[0] < 1e-12
-    restarts_exactly(lambda: start(torn_at(0.55)), steps + 8, 20)
+    restarts_exactly(lambda: start(torn_at(0.53)), steps + 8, 20)
+
+
+def test_damage_near_the_border_makes_the_patch_grow():
+    """The same tear goes on: elements become particles, and break. What the change takes is booked."""
+    sim = start(torn_at(0.35, grows=True))
+    first, nodes = momentum(sim), sim.n_nodes
+    sim.advance(30)
+    assert sim.grown.events == 1 and sim.n_nodes > nodes and sim.status()["broken"]
+    assert momentum(sim) == pytest.approx(first, abs=1e-12 * np.abs(first).max())
+    assert abs(sim.energies()["closed_residual_percent"]) < 0.05
+    assert tied(sim).left()[0] < 1e-12
+
+
+@pytest.mark.long
+def test_a_restart_before_and_after_growth_is_exact():
+    for steps in (3, 12):
+        restarts_exactly(lambda: start(torn_at(0.35, grows=True)), steps, 12)
+
+
+@pytest.mark.long
+def test_an_even_motion_does_not_feel_growth():
+    """A plate of even strain that spreads evenly: strains and momentum stay; kinetic energy moves by what another lattice makes of it."""
+    sim = start(patched(n=3, material=CONCRETE, grows=True, duration=1e-3))
+    for group in sim.groups:
+        X = group.mesh.points - np.array([0.5, 0.2, 0.0])
+        rate = np.array([[1e-6, 2e-7, 0.0], [0.0, -5e-7, 0.0], [0.0, 0.0, 0.0]])
+        runtime.put(group.nodes.u, X @ rate)
+        runtime.put(group.nodes.v, 1e5 * X @ rate + np.array([1.0, -2.0, 3.0]))
+    tied(sim).start()
+    sim.take(0.0, 1e-9)
+    sim.clock.dt_before = sim.dt = 1e-9
+    first, before, coupling = momentum(sim), sim.entries(), tied(sim)
+    strain, cells = runtime.get(coupling.particles.points.strain, 1), coupling.particles.cells.n
+    growth.grow(sim, {"shell": coupling.split.wider(coupling.split.overlap)})
+    after, points = sim.entries(), tied(sim).particles.points
+    strains = runtime.get(points.strain, points.n)
+    assert points.n > cells and np.abs(strains - strain).max() < 1e-9 * np.abs(strain).max()
+    assert momentum(sim) == pytest.approx(first, rel=1e-12)
+    assert abs(sim.grown.booked[-1]) < 1e-6 * before.kinetic and after.kinetic == pytest.approx(before.kinetic, rel=1e-6)
+    assert after.internal["elastic"] == pytest.approx(before.internal["elastic"], rel=1e-6)
+
+
+def momentum(sim) -> np.ndarray:
+    return sum(of_nodes(group, "mass") @ of_nodes(group, "v") for group in sim.groups)

@@ -68,3 +68,18 @@ def test_parts():
     assert np.ptp(both[:, 0]) == pytest.approx(0.5) and split.spacing == pytest.approx(0.025)
     hollow = (Box(lo=(0.2, None, None), hi=(0.5, None, None)), Box(lo=(0.6, None, None), hi=(0.8, None, None)))
     assert split_of((said := patched(where=hollow)).shells[0], said).patched.sum() == 24
+
+
+@pytest.mark.parametrize(
+    "key, said, words",
+    [
+        ("welds", {"between": ("shell", "rib")}, "patch: welds do not choose between elements and particles of 'shell' yet"),
+        ("gases", {"body": "shell", "pressure": 2e5}, "patch: the gas in shell 'shell' would press on elements and particles both"),
+    ],
+)
+def test_a_patch_beside_what_chooses_among_nodes(key, said, words):
+    shell = patched().shells[0]
+    rib = shell.model_copy(update={"name": "rib", "patch": None})
+    shells = [one.model_dump(mode="json") for one in (shell, rib)]
+    with pytest.raises(SceneError, match=words):
+        patched().derive(**{"shells": shells, key: [said]})

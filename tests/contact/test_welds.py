@@ -8,7 +8,7 @@ import pytest
 from taichi_sph import runtime
 from taichi_sph.errors import SceneError
 from taichi_sph.run.plan import plan
-from taichi_sph.scene import InitialVelocity, Material, Numerics, Pinball, Plate, Pulse, Rigid, Scene, Shell, Weld, checked
+from taichi_sph.scene import Brick, InitialVelocity, Material, Numerics, Pinball, Plate, Pulse, Rigid, Scene, Shell, Solid, Weld, checked
 
 from ..shells import STEEL, start
 
@@ -67,6 +67,7 @@ def test_a_rib_stiffens_its_plate(spacing, within):
         ({"welds": [Weld(between=("plate", "rob"))]}, "welds[0].between: there is no body 'rob'; did you mean 'rib'?"),
         ({"welds": [Weld(between=("rib", "rib"))]}, "welds[0].between: 'rib' twice"),
         ({"welds": [Weld(between=("rib", "ball"))]}, "welds[0].between: 'ball' is a rigid body, and shells alone are welded"),
+        ({"welds": [Weld(between=("rib", "block"))]}, "welds[0].between: 'block' is a solid, and shells alone are welded"),
         ({"welds": [Weld(between=("rib", "plate")), Weld(between=("rib", "plate"))]}, "welds[1]: 'rib' and 'plate' have a weld already"),
         (
             {"shells": [PLATE, RIB.model_copy(update={"surface": Plate(length=L, width=H, origin=(0, 0, 0.2))})]},
@@ -76,6 +77,7 @@ def test_a_rib_stiffens_its_plate(spacing, within):
 )
 def test_refusals(keys, said):
     ball = Rigid(name="ball", pinballs=[Pinball(centre=(5, 5, 5), radius=0.1)], mass=30.0)
+    block = Solid(name="block", shape=Brick(size=(0.1, 0.1, 0.1), origin=(2, 2, 2)), material=ROD)
     with pytest.raises(SceneError) as error:
-        plan(checked(Scene, lambda: tee(rigids=[ball], **keys)))
+        plan(checked(Scene, lambda: tee(rigids=[ball], solids=[block], **keys)))
     assert said in str(error.value)

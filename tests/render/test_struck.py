@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from PIL import Image
 
 from taichi_sph.frame import NO_CELLS, BodyFrame
 from taichi_sph.output.folder import RunFolder
+from taichi_sph.output.frames import FramesFile
 from taichi_sph.render import backend, panel, pictures, section, struck
 from taichi_sph.render.sheet import Shot, length_text, sheet
 
@@ -229,3 +231,20 @@ def test_the_striker_hides_what_is_behind_it(runs) -> None:
 @pytest.mark.parametrize("metres, text", [(2.0, "2 m"), (0.05, "50 mm"), (5e-4, "500 µm")])
 def test_lengths_in_words(metres: float, text: str) -> None:
     assert length_text(metres) == text
+
+
+def test_a_ball_that_stands_for_a_plane_is_not_drawn(runs, monkeypatch):
+    """A platen of 20 m over a plate of some centimetres would be all that is seen."""
+    run = runs["plate"]
+    striker = next(body for body in struck.bodies_at(run, 0) if body.form == "balls")
+    assert struck.striker_radius(run) == striker.point_data["radius"].max()
+    size = float(np.linalg.norm(np.subtract(*struck.box(run))))
+    body = FramesFile.body
+    for radius, shown in ((2.9 * size, True), (3.1 * size, False)):
+
+        def swollen(self, index, radius=radius):
+            found = body(self, index)
+            return replace(found, point_data=found.point_data | {"radius": np.array([radius])}) if found.form == "balls" else found
+
+        monkeypatch.setattr(FramesFile, "body", swollen)
+        assert (striker.name in {b.name for b in struck.bodies_at(run, 0)}) == shown

@@ -57,6 +57,7 @@ CASES = {
     "forces": lambda: {**BASE, "forces": [{"where": box(p[0], p[1]), "total": [0, 1, 0]} for p in grid(3000)]},
     "motions": lambda: {**BASE, "motions": [{"where": box(p[0], p[1]), "velocity": [0, 1, None]} for p in grid(2000)]},
     "rigid bodies": lambda: {**BASE, "rigids": many_rigids(1000)},
+    "rigid surface": lambda: {**BASE, "rigids": [{"name": "r", "surface": {"kind": "sphere", "radius": 50.0}, "density": 7800}]},
     "springs": lambda: {**BASE, "springs": [
         {"name": f"s{i}", "between": ["p", None], "points": [p, [p[0], p[1], 1]], "stiffness": 1e3} for i, p in enumerate(grid(10_000))
     ]},
@@ -86,6 +87,7 @@ CASES = {
 
 REFUSED = dict.fromkeys(("too many cuts", "too many holes", "probes", "springs", "meetings"), "at most 2000") | {
     "walls": "at most 200", "brackets": "too deeply", "brackets within": "too deeply", "quantities": "twice",
+    "rigid surface": "more than 20000 pinballs",
 }  # fmt: skip
 
 

@@ -39,6 +39,7 @@ from .build import (
 )
 from .metal import thicknesses
 from .parts import Part
+from .parts_shown import at_most
 from .port import ShellSurface
 from .pressure import BOOK, Pressed, SurfacePressures
 from .said import Shell
@@ -292,7 +293,10 @@ class ShellGroup(Rest):
             if not body.made.even:
                 own["areal_mass"] = body.made.areal
             of_nodes = {"reference": body.mesh.points} | {name: values[body.nodes.rows] for name, values in nodes.items()}
-            found.append(BodyFrame(body.name, points[body.nodes.rows], body.mesh.cells, of_nodes, own))
+            frame = BodyFrame(body.name, points[body.nodes.rows], body.mesh.cells, of_nodes, own)
+            if body.split is not None and body.split.patch.grows:
+                frame = at_most(frame, body.split, body.name == body.of)
+            found.append(frame)
         return found
 
     def of_cells(self) -> dict[str, np.ndarray]:

@@ -30,6 +30,7 @@ from ...scene.units import show
 from .said import PARTICLES, Patch, Shell
 
 FEWEST, MOST = 2, 20  # particles along the side of an element
+AHEAD = 2  # elements around those near rupture that become particles with them
 SHARPEST = np.cos(np.radians(25.0))  # between the middle of an element of a patch and its corners
 GAUSS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) / np.sqrt(3.0)
 CORNER = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -64,12 +65,13 @@ def meshed(one: Part, scene: Scene) -> tuple[Split | None, SurfaceMesh]:
 
 @dataclass(frozen=True, eq=False)
 class Split:
-    """A mesh and a patch in it: n particles along the side of an element; patched, overlap (M,) bool of the cells; alpha (N,) of the
-    nodes, 0 or 1."""
+    """A mesh and a patch in it: n particles along the side of an element; said, patched, overlap (M,) bool of the cells: those that the
+    regions hold, with those that have grown, and around them; alpha (N,) of the nodes, 0 or 1."""
 
     whole: SurfaceMesh
     patch: Patch
     n: int
+    said: np.ndarray
     patched: np.ndarray
     overlap: np.ndarray
     alpha: np.ndarray
@@ -104,6 +106,22 @@ class Split:
         cells = self.whole.cells[self.cells]
         cells = np.where(cells < 0, -1, self.number[cells]).astype(np.int32)
         return SurfaceMesh(self.whole.points[self.nodes], cells, self.whole.spacing, self.whole.node_normals[self.nodes])
+
+    @cached_property
+    def most(self) -> Subdivided:
+        """All that can become particles: what frames show of a patch that grows, at any time."""
+        quads = np.flatnonzero(self.whole.cells[:, 3] >= 0)
+        return subdivided(self.whole, quads, self.n, ~self.said[quads])
+
+    def wider(self, near: np.ndarray) -> tuple[int, ...]:
+        """Numbers of elements that are particles beside those of the regions once the patch holds `near` (M,) bool and two elements around
+        them."""
+        corner = np.where(self.whole.cells < 0, self.whole.cells[:, :1], self.whole.cells)
+        for _ in range(AHEAD):
+            node = np.zeros(len(self.whole.points), bool)
+            node[corner[near]] = True
+            near = np.asarray(node[corner].any(axis=1))
+        return tuple(np.flatnonzero((self.patched | near) & ~self.said).tolist())
 
     def weight(self, cells: np.ndarray, r: np.ndarray, s: np.ndarray) -> np.ndarray:
         """alpha at the places (r, s), -1 to 1, of cells of the whole mesh."""
@@ -191,15 +209,17 @@ def _split(shell: Shell, scene: Scene) -> Split:
             )
         patched |= caught
     corner = np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)
-    while True:
-        node = np.zeros(len(mesh.points), bool)
-        node[corner[patched]] = True
-        grown = patched | node[corner].all(axis=1)  # an element between two of them
-        if (grown == patched).all():
-            break
-        patched = grown
+    said = patched = _closed(patched, corner)
+    if patch.cells:
+        if max(patch.cells) >= len(mesh.cells):
+            raise SceneError(f"{where}.cells: shell '{shell.name}' has {len(mesh.cells)} elements, and {max(patch.cells)} is none of them")
+        patched = patched.copy()
+        patched[list(patch.cells)] = True
+        patched = _closed(patched, corner)
     if patched.all():
         raise SceneError(f"{where} takes all elements of shell '{shell.name}'; leave the patch out and set its formulation to 'galerkin'")
+    node = np.zeros(len(mesh.points), bool)
+    node[corner[patched]] = True
     overlap = node[corner].any(axis=1) & ~patched
     both = np.flatnonzero(patched | overlap)
     if (mesh.cells[both, 3] < 0).any():
@@ -226,8 +246,19 @@ def _split(shell: Shell, scene: Scene) -> Split:
         )
     alpha = np.zeros(len(mesh.points))
     alpha[corner[patched]] = 1.0
-    fine = subdivided(mesh, both, n, overlap[both])
-    return Split(mesh, patch, n, patched, overlap, alpha, _moved(fine, patch))
+    fine = subdivided(mesh, both, n, ~said[both])  # what has grown stays where its elements were
+    return Split(mesh, patch, n, said, patched, overlap, alpha, _moved(fine, patch))
+
+
+def _closed(patched: np.ndarray, corner: np.ndarray) -> np.ndarray:
+    """(M,) bool: with elements between two of them."""
+    while True:
+        node = np.zeros(corner.max() + 1, bool)
+        node[corner[patched]] = True
+        grown = patched | node[corner].all(axis=1)
+        if (grown == patched).all():
+            return patched
+        patched = grown
 
 
 def _moved(fine: Subdivided, patch: Patch) -> Subdivided:

@@ -92,6 +92,8 @@ class Patch(Frozen):
     `weight` of the particles there: "half", or growing from 0 to 1 as "linear" or "cubic". `multipliers`: on the gradient of the weight, or
     as T has them on the "volume", from the Gauss points of the elements with moving least squares over `reach` times the distance of those
     from the middle. `directors`: they are tied too. `irregularity`: particles inside are moved at random by up to so many spacings.
+    `grows`: where damage comes near the border of the patch, more elements become particles during the run. `cells`: elements, by their
+    numbers in the mesh, that are particles beside those in the regions; a patch that has grown holds them.
     """
 
     where: Annotated[tuple[Region, ...], Field(min_length=1, max_length=200)]
@@ -101,7 +103,17 @@ class Patch(Frozen):
     reach: Annotated[Dimensionless, Field(ge=0.5, le=3)] = 2.0
     directors: StrictBool = True
     irregularity: Annotated[Dimensionless, Field(ge=0, le=0.4)] = 0.0
+    grows: StrictBool = False
+    cells: tuple[Annotated[StrictInt, Field(ge=0)], ...] = ()
     formulation: Galerkin = Galerkin()
+
+    @model_validator(mode="after")
+    def _may_grow(self) -> Patch:
+        if self.grows and self.irregularity > 0:
+            raise ValueError(f"irregularity = {self.irregularity:g}: a patch that grows has its particles in rows; leave it out, or grows")
+        if self.grows and (self.weight, self.multipliers) != ("half", "gradient"):
+            raise ValueError("grows: possible with weight 'half' and multipliers 'gradient'; leave the other ones out, or grows")
+        return self
 
 
 class Section(Frozen):
@@ -241,6 +253,8 @@ class Shell(Body):
                 f"{form.shear_bound:g}"
             )
         scene.in_time("particles and elements are tied", f"{where}.patch")
+        if patch.grows and self.material.critical_damage is None:
+            raise ValueError(f"{where}.patch.grows: nothing of shell '{self.name}' breaks (no critical_damage); leave it out")
         if self.every not in (None, 1):
             raise ValueError(f"{where}.every: elements and particles of shell '{self.name}' take the same steps; leave it out")
         if self.self_contact:
@@ -253,6 +267,13 @@ class Shell(Body):
                 )
         if any(self.name in spring.between for spring in scene.springs):
             raise ValueError(f"{where}.patch: springs do not choose between elements and particles of '{self.name}' yet; leave one out")
+        if any(self.name in weld.between for weld in scene.welds):
+            raise ValueError(f"{where}.patch: welds do not choose between elements and particles of '{self.name}' yet; leave one out")
+        if any(gas.body == self.name for gas in scene.gases):
+            raise ValueError(
+                f"{where}.patch: the gas in shell '{self.name}' would press on elements and particles both, which is not possible yet; "
+                "leave one of them out"
+            )
         taken = [body.name for body in scene.bodies if body.name.lower() == f"{self.name}{PARTICLES}".lower()]
         if taken:
             raise ValueError(f"{scene.key_of(scene.body(taken[0]))}.name: '{taken[0]}' is that of the particles of shell '{self.name}'")

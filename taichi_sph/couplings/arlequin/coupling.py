@@ -24,7 +24,7 @@ from ...scene.units import show
 from ..coupling import Coupling
 from .constraints import Sides, constraints
 from .factor import LEAST, Factor, factorised
-from .tie import SWEEPS, Tie
+from .tie import Tie
 
 
 def couplings(scene: Scene, groups: Sequence[Group], own: Sequence[Any]) -> list[ArlequinCoupling]:
@@ -38,6 +38,9 @@ def couplings(scene: Scene, groups: Sequence[Group], own: Sequence[Any]) -> list
 
 
 EVERY = 50  # steps between two looks at damage
+OFTEN = 5  # where the patch grows
+NEAR = 0.1  # of D_c: an element whose damage has come so far becomes particles, where the patch grows
+STARTING = 3  # sweeps over the directors of the velocities that are given
 WARNED = 0.5  # of D_c: from there on the progress line tells
 
 
@@ -76,6 +79,8 @@ class ArlequinCoupling(Coupling):
         self._loose(scene)
         self.seconds, self.seen = 0.0, 0
         self.critical = self.particles.shells[0].said.material.critical_damage
+        self.grows = self.split.patch.grows
+        self.wanted: tuple[int, ...] = ()  # elements, beside those of the regions, that must be particles from now on
         self.watch = Watch(self, f"{self.tie.name}.watch")
         rows = self.particles.internal.rows
         start = runtime.get(rows.start, rows.n + 1)
@@ -102,10 +107,10 @@ class ArlequinCoupling(Coupling):
                 )
 
     def start(self) -> None:
-        """The velocities at t = 0 as near as the constraints let them be."""
+        """The velocities, at t = 0 or where the patch has grown, as near as the constraints let them be."""
         self._project("v", False)
         if self.tie.turns:
-            for _ in range(SWEEPS):
+            for _ in range(STARTING):
                 self._project("omega", True)
 
     def _project(self, name: str, turning: bool) -> None:
@@ -113,7 +118,7 @@ class ArlequinCoupling(Coupling):
         now = [runtime.get(field, group.nodes.n) for field, group in zip(fields, self.groups)]
         if not any(values.any() for values in now):
             return
-        normals = [body.mesh.node_normals for group in self.groups for body in group.shells]
+        normals = [_directors(group) for group in self.groups]
         rates = [np.cross(w, n) for w, n in zip(now, normals)] if turning else now
         rows, L = self.factor.rows, self.factor.dense
         C = rows.elements, -1.0 * rows.particles
@@ -145,16 +150,29 @@ class ArlequinCoupling(Coupling):
             if (broken & (self.split.of_particles < 1.0)).any():
                 self._stop(self.split.fine.mesh.centres[broken & (self.split.of_particles < 1.0)][0], now, "the overlap breaks")
             self.follow()
-        if self.critical is not None and now.step % EVERY == 0:
+        if self.critical is not None and now.step % (OFTEN if self.grows else EVERY) == 0:
             self._look(now)
 
     def _look(self, now: Now) -> None:
         inner, outer = (runtime.get(group.points.delayed, group.points.n) for group in (self.particles, self.elements))
         worst = max(float(outer.max()), float(inner[self.split.of_particles < 1.0].max())) / self.critical
         self.watch.worst = max(self.watch.worst, worst)
+        if self.grows:
+            self._ask()
+            return
         if outer.max() >= self.critical:
             element = int(outer.argmax()) // (self.elements.points.n // self.elements.cells.n)
             self._stop(self.elements.mesh.centres[element], now, "an element would break")
+
+    def _ask(self) -> None:
+        """For the elements near rupture, of the overlap too, to become particles."""
+        split, limit = self.split, NEAR * self.critical
+        outer, inner = (runtime.get(group.points.damage, group.points.n) >= limit for group in (self.elements, self.particles))
+        near = np.zeros(len(split.patched), bool)
+        near[split.cells] = outer.reshape(len(split.cells), -1).any(axis=1)
+        near[split.fine.parent[inner & (split.of_particles < 1.0)]] = True
+        if near.any() and (wider := split.wider(near)) != split.patch.cells:
+            self.wanted = wider
 
     def _stop(self, place: np.ndarray, now: Now, what: str) -> None:
         """RunStopped: how far beyond the particles alone."""
@@ -190,7 +208,7 @@ class ArlequinCoupling(Coupling):
                 nodes = group.nodes
                 v = runtime.get(nodes.omega if turning else nodes.v, nodes.n).astype(np.float64)
                 if turning:
-                    v = np.cross(v, runtime.get(nodes.N, nodes.n) + runtime.get(nodes.d, nodes.n))
+                    v = np.cross(v, _directors(group))
                 values.append(v)
             of_elements, of_particles = values[0], rows.length[:, None] * values[1] if turning else values[1]
             size = np.sqrt(max(float(((abs(rows.elements) @ np.abs(of_elements)) ** 2).sum(axis=1).max()), 1e-300))
@@ -199,3 +217,11 @@ class ArlequinCoupling(Coupling):
 
     def pools(self) -> list[Pool]:
         return [self.tie, self.watch]
+
+
+def _directors(group: Any) -> np.ndarray:
+    """(N, 3) n of the nodes of a group; where it stays in its plane, its normals."""
+    nodes = group.nodes
+    if not nodes.bends:
+        return np.concatenate([body.mesh.node_normals for body in group.shells])
+    return runtime.get(nodes.N, nodes.n).astype(np.float64) + runtime.get(nodes.d, nodes.n)

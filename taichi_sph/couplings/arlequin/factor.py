@@ -31,6 +31,12 @@ class Factor:
         return self.lower.shape[1] - 1
 
     @property
+    def blocks(self) -> np.ndarray:
+        """First rows of the blocks of L that do not see each other, and R: one block for each overlap, if not more."""
+        reaches = np.minimum.accumulate(self.first[::-1])[::-1]  # the first row that any row from here on sees
+        return np.r_[np.flatnonzero(reaches == np.arange(self.first.size)), self.first.size]
+
+    @property
     def dense(self) -> np.ndarray:
         """(R, R) L."""
         n, band = self.first.size, self.band

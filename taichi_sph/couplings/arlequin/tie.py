@@ -3,10 +3,10 @@
     v* = v + dt f / m                 H l = C v*      v = v* - M^-1 C^T l
     d* = w* x n                       H l = C d*      d = d* - M^-1 C^T l,      w = n x d
 
-C v = 0 before and after a step, so l^T C does no work, and C x keeps its value. The part of d along the director is dropped, so directors
-are tied in SWEEPS sweeps: what one of them leaves is of second order in the angle between neighbouring directors. Impulses become forces
-and couples on the nodes. C is stored by rows and by nodes, so that both products are gathered in a fixed order. The two triangles are
-solved by one thread.
+C v = 0 before and after a step, so l^T C does no work, and C x keeps its value. The part of d along the director is dropped. What that
+leaves of C d is of second order in the angle between neighbouring directors, and it is there to be corrected in the next step: more sweeps
+within a step change nothing that can be seen (docs/method.md). Impulses become forces and couples on the nodes. C is stored by rows and by
+nodes, so that both products are gathered in a fixed order. The two triangles of each overlap are solved by one thread.
 """
 
 from typing import Any
@@ -21,17 +21,17 @@ from ...runtime import ti
 from .constraints import Constraints
 from .factor import Factor
 
-SWEEPS = 3
 ROOM = 2  # widths of the band of L: a crack may change the order of the rows
 
 
 class Tie(Pool):
-    """Rows of C on a list of nodes: those of the elements, then particles from place `middle` on."""
+    """Rows of C on a list of nodes: those of the elements, then particles from place `middle` on. A node has `width` numbers: v, and d."""
 
     def __init__(self, factor: Factor, mass: tuple[np.ndarray, np.ndarray], bends: bool, turns: bool, name: str):
         """mass: of the nodes of the elements and of the particles [kg]; bends: whether there are directors; turns: they are tied too."""
         super().__init__(name)
         self.turns = bends and turns
+        self.width = 6 if self.turns else 3
         parts = factor.rows.elements, factor.rows.particles
         self.used = [np.unique(part.indices) for part in parts]
         self.middle = len(self.used[0])
@@ -40,9 +40,7 @@ class Tie(Pool):
         field = self.field
         self.who = field("who", n, dtype="i32", doc="number of a node in its group")
         self.ease = field("ease", n, dtype="f64", unit="1/kg", doc="inverse mass")
-        self.length = field("length", n, dtype="f64", doc="of the director")
-        self.v = field("v", n, 3, "f64", unit="m/s", doc="v*")
-        self.push = field("push", n, 3, "f64", unit="N s", doc="impulse on a node")
+        self.w = field("w", n, self.width, "f64", doc="v* [m/s], and d* [1/s] times the length of the director")
         self.start = field("start", rows + 1, dtype="i32", doc="where the pairs of a row begin")
         self.place = field("place", pairs, dtype="i32", doc="place of the node of a pair on the list")
         self.coef = field("coef", pairs, dtype="f64", doc="of C, sides swapped in sign for particles")
@@ -52,16 +50,15 @@ class Tie(Pool):
         self.room = rows * (ROOM * factor.band + 1)
         self.lower = field("lower", self.room, dtype="f64", doc="L, row by row, its diagonal last")
         self.first = field("first", rows, dtype="i32", doc="first number of a row of L that is not 0")
-        self.y = field("y", rows, 3, "f64", doc="C v*, then l")
-        if self.turns:
-            self.director = field("director", n, 3, "f64", doc="n")
-            self.spin = field("spin", n, 3, "f64", unit="rad/s", doc="w*, then w")
-            self.spin_before = field("spin_before", n, 3, "f64", unit="rad/s", doc="w*")
-            self.rate = field("rate", n, 3, "f64", unit="1/s", doc="d")
-            self.z = field("z", rows, 3, "f64", doc="C d*, then l")
+        self.block = field("block", rows + 1, dtype="i32", doc="first rows of the blocks of L, which do not see each other")
+        self.y = field("y", rows, self.width, "f64", doc="C v* and C d*, then l")
         runtime.put(self.who, np.concatenate(self.used).astype(np.int32))
         runtime.put(self.ease, np.concatenate([1.0 / m[used] for m, used in zip(mass, self.used)]))
-        runtime.put(self.length, np.r_[np.ones(self.middle), factor.rows.length[self.used[1]]])
+        if self.turns:
+            self.length = field("length", n, dtype="f64", doc="of the director")
+            self.director = field("director", n, 3, "f64", doc="n")
+            self.spin = field("spin", n, 3, "f64", unit="rad/s", doc="w*")
+            runtime.put(self.length, np.r_[np.ones(self.middle), factor.rows.length[self.used[1]]])
         self.put(factor)
 
     def put(self, factor: Factor) -> None:
@@ -76,6 +73,8 @@ class Tie(Pool):
             )
         C = sp.csr_array(sp.hstack([rows.elements[:, self.used[0]], -1.0 * rows.particles[:, self.used[1]]], format="csr"))
         T = sp.csr_array(C.T)
+        blocks = factor.blocks
+        self.n_blocks = len(blocks) - 1
         runtime.put(self.start, C.indptr.astype(np.int32))
         runtime.put(self.place, C.indices.astype(np.int32))
         runtime.put(self.coef, C.data)
@@ -84,136 +83,93 @@ class Tie(Pool):
         runtime.put(self.t_coef, T.data)
         runtime.put(self.lower, factor.lower.ravel())
         runtime.put(self.first, factor.first.astype(np.int32))
+        runtime.put(self.block, blocks.astype(np.int32))
 
     def act(self, groups: tuple[Any, Any], kick: float) -> None:
         """On the elements and the particles, over a kick [s]."""
-        ends = (0, self.middle), (self.middle, self.n)
-        for group, (first, last) in zip(groups, ends):
-            _foresee(self, group.nodes, group.loads, first, last, kick)
-        _solve(self, self.n_rows, self.n, self.band)
-        for group, (first, last) in zip(groups, ends):
-            _push(self, group.nodes, first, last, 1.0 / kick)
+        one, two = groups
+        _act(self, one.nodes, one.loads, two.nodes, two.loads, self.middle, self.n, self.n_rows, self.n_blocks, self.band, kick)
 
 
 @ti.kernel
-def _foresee(tie: ti.template(), nodes: ti.template(), loads: ti.template(), first: ti.i32, last: ti.i32, kick: ti.f64):
-    for m in range(first, last):
-        i = tie.who[m]
-        force = nodes.force[i]
-        if ti.static(loads.pushes):
-            force += loads.force.total[i]
-        for c in ti.static(range(nodes.dim)):
-            tie.v[m][c] = ti.cast(nodes.v[i][c], ti.f64) + kick / ti.cast(nodes.mass[i], ti.f64) * ti.cast(force[c], ti.f64)
-        if ti.static(tie.turns):
-            n = nodes.N[i] + nodes.d[i]
-            torque = n.cross(nodes.couple[i])
-            if ti.static(loads.twists):
-                moment = loads.moment.total[i]
-                torque += moment - moment.dot(n) * n
-            spin = ti.cast(nodes.omega[i], ti.f64) + kick / ti.cast(nodes.inertia[i], ti.f64) * ti.cast(torque, ti.f64)
-            director = ti.cast(n, ti.f64)
-            tie.director[m], tie.spin_before[m], tie.spin[m] = director, spin, spin
-            tie.rate[m] = spin.cross(director)
-
-
-@ti.kernel
-def _solve(tie: ti.template(), rows: ti.i32, n: ti.i32, band: ti.i32):
-    for r in range(rows):
-        y = ti.Vector([0.0, 0.0, 0.0], ti.f64)
-        z = y
-        for k in range(tie.start[r], tie.start[r + 1]):
-            m = tie.place[k]
-            y += tie.coef[k] * tie.v[m]
-            if ti.static(tie.turns):
-                z += tie.coef[k] * tie.length[m] * tie.rate[m]
-        tie.y[r] = y
-        if ti.static(tie.turns):
-            tie.z[r] = z
-    ti.loop_config(serialize=True)
-    for _ in range(1):
-        _forward_back(tie, rows, band, ti.static(True), ti.static(tie.turns))
+def _act(
+    tie: ti.template(), a: ti.template(), a_loads: ti.template(), b: ti.template(), b_loads: ti.template(), middle: ti.i32, n: ti.i32,
+    rows: ti.i32, blocks: ti.i32, band: ti.i32, kick: ti.f64,
+):  # fmt: skip
     for m in range(n):
-        push = ti.Vector([0.0, 0.0, 0.0], ti.f64)
-        turn = push
-        for k in range(tie.t_start[m], tie.t_start[m + 1]):
-            push -= tie.t_coef[k] * tie.y[tie.t_row[k]]
-            if ti.static(tie.turns):
-                turn -= tie.t_coef[k] * tie.z[tie.t_row[k]]
-        tie.push[m] = push
-        if ti.static(tie.turns):
-            _turned(tie, m, turn)
-    if ti.static(tie.turns):
-        for _s in ti.static(range(SWEEPS - 1)):
-            for r in range(rows):
-                z = ti.Vector([0.0, 0.0, 0.0], ti.f64)
-                for k in range(tie.start[r], tie.start[r + 1]):
-                    m = tie.place[k]
-                    z += tie.coef[k] * tie.length[m] * tie.rate[m]
-                tie.z[r] = z
-            ti.loop_config(serialize=True)
-            for _ in range(1):
-                _forward_back(tie, rows, band, ti.static(False), ti.static(True))
-            for m in range(n):
-                turn = ti.Vector([0.0, 0.0, 0.0], ti.f64)
-                for k in range(tie.t_start[m], tie.t_start[m + 1]):
-                    turn -= tie.t_coef[k] * tie.z[tie.t_row[k]]
-                _turned(tie, m, turn)
-
-
-@ti.func
-def _turned(tie: ti.template(), m, turn):
-    """Spin and rate of the director at place m after an impulse on its rate, of which the part along the director is dropped."""
-    rate = tie.rate[m] + tie.ease[m] * tie.length[m] * turn
-    spin = tie.director[m].cross(rate)
-    tie.spin[m] = spin
-    tie.rate[m] = spin.cross(tie.director[m])
-
-
-@ti.func
-def _forward_back(tie: ti.template(), rows, band, moved: ti.template(), turned: ti.template()):
-    """H^-1 of y, and of z."""
-    width = band + 1
+        if m < middle:
+            _foresee(tie, a, a_loads, m, kick)
+        else:
+            _foresee(tie, b, b_loads, m, kick)
     for r in range(rows):
-        y = ti.Vector([0.0, 0.0, 0.0], ti.f64)
-        z = y
-        if ti.static(moved):
-            y = tie.y[r]
-        if ti.static(turned):
-            z = tie.z[r]
-        row = r * width + band - r
-        for k in range(tie.first[r], r):
-            c = tie.lower[row + k]
-            if ti.static(moved):
-                y -= c * tie.y[k]
-            if ti.static(turned):
-                z -= c * tie.z[k]
-        scale = 1.0 / tie.lower[row + r]
-        if ti.static(moved):
-            tie.y[r] = scale * y
-        if ti.static(turned):
-            tie.z[r] = scale * z
-    for q in range(rows):
-        r = rows - 1 - q
-        row = r * width + band - r
-        scale = 1.0 / tie.lower[row + r]
-        if ti.static(moved):
-            tie.y[r] *= scale
-        if ti.static(turned):
-            tie.z[r] *= scale
-        for k in range(tie.first[r], r):
-            c = tie.lower[row + k]
-            if ti.static(moved):
-                tie.y[k] -= c * tie.y[r]
-            if ti.static(turned):
-                tie.z[k] -= c * tie.z[r]
+        y = tie.y[r] * 0.0
+        for k in range(tie.start[r], tie.start[r + 1]):
+            y += tie.coef[k] * tie.w[tie.place[k]]
+        tie.y[r] = y
+    for c in range(blocks):
+        _forward_back(tie, tie.block[c], tie.block[c + 1], band)
+    for m in range(n):
+        impulse = tie.w[m] * 0.0
+        for k in range(tie.t_start[m], tie.t_start[m + 1]):
+            impulse -= tie.t_coef[k] * tie.y[tie.t_row[k]]
+        if m < middle:
+            _strike(tie, a, m, impulse, 1.0 / kick)
+        else:
+            _strike(tie, b, m, impulse, 1.0 / kick)
 
 
-@ti.kernel
-def _push(tie: ti.template(), nodes: ti.template(), first: ti.i32, last: ti.i32, per_kick: ti.f64):
-    for m in range(first, last):
-        i = tie.who[m]
-        for c in ti.static(range(nodes.dim)):
-            nodes.force[i][c] += ti.cast(per_kick * tie.push[m][c], float)
-        if ti.static(tie.turns):
-            change = (tie.spin[m] - tie.spin_before[m]).cross(tie.director[m])
-            nodes.couple[i] += ti.cast(per_kick * ti.cast(nodes.inertia[i], ti.f64) * change, float)
+@ti.func
+def _foresee(tie: ti.template(), nodes: ti.template(), loads: ti.template(), m, kick):
+    """What the node at place m would do if nothing were tied."""
+    i = tie.who[m]
+    force = nodes.force[i]
+    if ti.static(loads.pushes):
+        force += loads.force.total[i]
+    w = tie.w[m] * 0.0
+    for c in ti.static(range(nodes.dim)):
+        w[c] = ti.cast(nodes.v[i][c], ti.f64) + kick / ti.cast(nodes.mass[i], ti.f64) * ti.cast(force[c], ti.f64)
+    if ti.static(tie.turns):
+        n = nodes.N[i] + nodes.d[i]
+        torque = n.cross(nodes.couple[i])
+        if ti.static(loads.twists):
+            moment = loads.moment.total[i]
+            torque += moment - moment.dot(n) * n
+        spin = ti.cast(nodes.omega[i], ti.f64) + kick / ti.cast(nodes.inertia[i], ti.f64) * ti.cast(torque, ti.f64)
+        director = ti.cast(n, ti.f64)
+        tie.director[m], tie.spin[m] = director, spin
+        rate = tie.length[m] * spin.cross(director)
+        for c in ti.static(range(3)):
+            w[3 + c] = rate[c]
+    tie.w[m] = w
+
+
+@ti.func
+def _strike(tie: ti.template(), nodes: ti.template(), m, impulse: ti.template(), per_kick):
+    """Impulses on v* and d* of the node at place m, as a force and a couple; of that on its director the part along it is dropped."""
+    i = tie.who[m]
+    for c in ti.static(range(nodes.dim)):
+        nodes.force[i][c] += ti.cast(per_kick * impulse[c], float)
+    if ti.static(tie.turns):
+        ease = tie.ease[m] * tie.length[m]
+        rate = ti.Vector([tie.w[m][3 + c] / tie.length[m] + ease * impulse[3 + c] for c in ti.static(range(3))])
+        n = tie.director[m]
+        change = (n.cross(rate) - tie.spin[m]).cross(n)
+        nodes.couple[i] += ti.cast(per_kick * ti.cast(nodes.inertia[i], ti.f64) * change, float)
+
+
+@ti.func
+def _forward_back(tie: ti.template(), first, last, band):
+    """H^-1 of y in the rows of a block, by one thread."""
+    for r in range(first, last):
+        y = tie.y[r]
+        row = r * band + band  # the diagonal of L is its entry row + r
+        for k in range(tie.first[r], r):
+            y -= tie.lower[row + k] * tie.y[k]
+        tie.y[r] = y / tie.lower[row + r]
+    for q in range(last - first):
+        r = last - 1 - q
+        row = r * band + band
+        y = tie.y[r] / tie.lower[row + r]
+        tie.y[r] = y
+        for k in range(tie.first[r], r):
+            tie.y[k] -= tie.lower[row + k] * y

@@ -42,15 +42,18 @@ class Welds(Coupling):
             points[name], spacing[name] = surface.discs.reference[span.rows], surface.length
             first[name] = (surface, span.first)
         self.surfaces = list(of.values())
-        numbers = [sorted((id(first[body][0]), first[body][1] + node) for body, node in seam) for seam in welded(welds, points, spacing)]
-        movers = [sorted(i for seam in numbers for surface, i in seam if surface == id(s)) for s in self.surfaces]
+        number = {id(s): k for k, s in enumerate(self.surfaces)}  # an address is another one in each run, and sums over a seam go in order
+        seams = [
+            sorted((number[id(first[body][0])], first[body][1] + node) for body, node in seam) for seam in welded(welds, points, spacing)
+        ]
+        movers = [sorted(i for seam in seams for surface, i in seam if surface == k) for k in range(len(self.surfaces))]
         self.bounds = np.r_[0, np.cumsum([len(m) for m in movers])]
         n = int(self.bounds[-1])
         self.ends = Places("welds.ends", n, n)
         runtime.put(self.ends.who, np.concatenate([np.array(m, np.int32) for m in movers]))
         self.ends.pushed[0] = 1
-        place = {(id(s), i): int(b) + k for s, b, m in zip(self.surfaces, self.bounds, movers) for k, i in enumerate(m)}
-        self.seams = Seams([[place[node] for node in seam] for seam in numbers])
+        place = {(s, i): int(b) + k for s, (b, m) in enumerate(zip(self.bounds, movers)) for k, i in enumerate(m)}
+        self.seams = Seams([[place[node] for node in seam] for seam in seams])
 
     def correct(self, now: Now) -> None:
         for s, first, last in zip(self.surfaces, self.bounds[:-1], self.bounds[1:]):

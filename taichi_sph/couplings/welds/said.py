@@ -28,7 +28,7 @@ class Weld(Frozen):
             if name not in names:
                 raise ValueError(f"{where}.between: there is no body '{name}'{nearest(name, names)}")
             body = scene.body(name)
-            if not body.has_nodes:
+            if all(body is not shell for shell in scene.shells):
                 raise ValueError(f"{where}.between: '{name}' is a {body.what}, and shells alone are welded; hold it by springs")
             if not body.meets:
                 raise ValueError(f"{where}.between: {body.what} '{name}' moves in its plane; give it motion = 'free'")
