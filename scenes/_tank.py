@@ -5,7 +5,20 @@ hull has the mass in steel. Johnson-Cook with Lemaitre-Chaboche damage and delay
 (kappa = 1). The end discs are clamped, and so are two patches of the rear wall at the frame.
 """
 
-from taichi_sph.scene import Ball, Box, Cylinder, FiniteElements, Material, Patch, Pinball, PrescribedVelocity, Rigid, Shell, material
+from taichi_sph.scene import (
+    Ball,
+    Box,
+    Cylinder,
+    Drag,
+    FiniteElements,
+    Material,
+    Patch,
+    Pinball,
+    PrescribedVelocity,
+    Rigid,
+    Shell,
+    material,
+)  # fmt: skip
 
 RADIUS, HEIGHT, THICKNESS = 0.15, 0.6, 1e-3  # m
 PATCH = 80e-3  # m, radius of the particles about a hole, where the rest is of elements
@@ -38,6 +51,11 @@ def bullet(velocity: float, name: str = "bullet", y: float = 0.0) -> Rigid:
     front = RADIUS + 0.5 * THICKNESS + BULLET + 0.1e-3
     balls = [Pinball(centre=(front + LENGTH * k / (PINBALLS - 1), y, HEIGHT / 2), radius=BULLET) for k in range(PINBALLS)]
     return Rigid(name=name, mass=MASS, pinballs=balls, velocity=(-velocity, 0, 0))
+
+
+def drags(drag: float, wet: bool = True) -> list[Drag]:
+    """How the bullet flies through the water, which is as coarse as the bullet: by a law with that coefficient; 0: by its pressure."""
+    return [Drag(between=("bullet", "water"), coefficient=drag)] if drag and wet else []
 
 
 def supports(spacing: float, body: str = "tank", y: float = 0.0) -> list[PrescribedVelocity]:

@@ -2,6 +2,9 @@
 
 The bullet of scenes/_tank.py as a sphere (18 mm, 31 g) at 100 to 900 m/s. Behind a cavity a sphere has C_d = 0.31 to 0.40 and a flat nose
 0.80 to 0.85, whatever the speed (May 1975, of spheres of steel and of discs; Garabedian 1956: 0.827 of a disc at cavitation number 0).
+`by` = "law": water as coarse as that of the tank, through which the striker flies by the law (Drag); what is measured is how much of it
+is left, and whether the cavity has the energy that the striker lost. `by` = "pressure": finer water that resists by itself.
+
 The water is a column along the path only, its faces free. At 730 m/s the wave of the entry comes back from the bottom to the striker six
 diameters deep, so the drag is read before; below some 500 m/s it comes back sooner, and C_d is then that of a finite block. The cavity
 grows by the energy that the drag leaves in each length of the path, 1/2 rho C_d A V^2 = pi rho N (R dR/dt)^2: its radius is
@@ -13,10 +16,13 @@ R^2 = r^2 + r z sqrt(2 C_d / N), z behind the nose.
 import math
 from typing import Literal
 
-from taichi_sph.scene import Fluid, FluidBox, Numerics, Output, Pinball, Quality, Quantity, Rigid, Scene, Speed
+from taichi_sph.scene import Drag, Fluid, FluidBox, Numerics, Output, Pinball, Quality, Quantity, Rigid, Scene, Speed
 
 RADIUS, MASS = 9e-3, 0.031  # m, kg
-ACROSS = {"draft": 4, "standard": 6, "paper": 8}  # spacings over the diameter
+ACROSS = {  # spacings over the diameter; those of the law are spacings of the tank's water
+    "law": {"draft": 1.25, "standard": 1.75, "paper": 2.5},
+    "pressure": {"draft": 4.0, "standard": 6.0, "paper": 8.0},
+}
 HALF, DEEP = 4.0, 9.0  # of the column, over the diameter
 START, END = 2.0, 5.0  # diameters of the way over which the drag is read
 C_D = {"sphere": (0.35, 0.035, "0.31 to 0.40, May 1975"), "flat": (0.825, 0.0825, "0.80 to 0.85, May 1975; Garabedian 1956: 0.827")}
@@ -39,14 +45,19 @@ def _circle(x: float, radius: float, apart: float) -> list[tuple[float, float, f
     return [(x, radius * math.cos(2 * math.pi * k / n), radius * math.sin(2 * math.pi * k / n)) for k in range(n)]
 
 
-def scene(quality: Quality = "draft", nose: Literal["sphere", "flat"] = "sphere", velocity: Speed = 730.0) -> Scene:
+def scene(
+    quality: Quality = "draft",
+    nose: Literal["sphere", "flat"] = "sphere",
+    velocity: Speed = 730.0,
+    by: Literal["law", "pressure"] = "law",
+) -> Scene:
     if not 100.0 <= velocity <= 900.0:
         raise ValueError(f"velocity = {velocity:g} m/s: give 100 to 900 m/s, where the striker is slower than sound in water")
     wide = 2 * RADIUS
-    d = wide / ACROSS[quality]
+    d = wide / ACROSS[by][quality]
     gap = 0.1e-3
     balls = [Pinball(centre=(RADIUS + gap, 0, 0), radius=RADIUS)] if nose == "sphere" else flat_nosed(min(0.5 * d, 1.5e-3), gap)
-    half, deep = HALF * wide, DEEP * wide
+    half, deep = (round(n * wide / d) * d for n in (HALF, DEEP))
     value, tolerance, source = C_D[nose]
     # the time of the way with that drag, a tenth more of it
     slows = value * 1000.0 * math.pi * RADIUS**2 / (2 * MASS)
@@ -57,6 +68,7 @@ def scene(quality: Quality = "draft", nose: Literal["sphere", "flat"] = "sphere"
         source="May 1975",
         rigids=[Rigid(name="striker", mass=MASS, pinballs=balls, velocity=(-velocity, 0, 0))],
         fluids=[Fluid(name="water", fill=FluidBox(lo=(-deep, -half, -half), hi=(0, half, half)), alpha=0.02, delta=0.0)],
+        interactions=[Drag(between=("striker", "water"), coefficient=value, radius=RADIUS)] if by == "law" else [],
         duration=duration,
         numerics=Numerics(spacing=d, time_step_safety=0.75),
         output=Output(frames=20, samples=400),
@@ -66,7 +78,7 @@ def scene(quality: Quality = "draft", nose: Literal["sphere", "flat"] = "sphere"
                 options={"radius": RADIUS, "start": START * wide, "end": END * wide},
             ),
             Quantity(name="peak_force", unit="N"),
-            Quantity(name="cavity_radius", unit="m", options={"depth": 2 * wide, "within": 0.25 * wide}),
+            Quantity(name="cavity_radius", unit="m", options={"depth": 2 * wide, "within": max(0.25 * wide, 0.5 * d)}),
         ],
     )  # fmt: skip
 

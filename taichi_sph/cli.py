@@ -130,7 +130,7 @@ def validate(
     path = _find(scene)
     if path.suffix == ".py":
         names = [name for name in parameters_of(path) if name != "quality"]  # their values stand in the first line
-        typer.echo(f"  --set takes {', '.join([*names, 'any key such as numerics.spacing'])}")
+        typer.echo(f"  --set takes {', '.join([*names, ''])}any key such as numerics.spacing")
     typer.echo("valid")
 
 
@@ -463,7 +463,12 @@ def _find(name: str) -> Path:
     path = Path(name)
     if path.suffix or path.is_file():
         return path
-    return _named(name)
+    try:
+        return _named(name)
+    except SceneError as error:
+        if Path(f"{name}.py").is_file():
+            raise SceneError(f"there is no scene '{name}' in scenes/; the script here is '{name}.py'") from error
+        raise
 
 
 def _named(name: str) -> Path:

@@ -142,7 +142,7 @@ def _small_hole(body: BodyFrame) -> str:
     broke = fragments.ruptured(body)
     gap = math.sqrt(4 / math.pi * float(fragments.cell_areas(body.reference, body.cells)[broke].sum()))
     cells = int(np.count_nonzero(broke))
-    return f"a hole of {quantity_text(gap, 'm')} ({count(cells)} stress point{'' if cells == 1 else 's'} wide)"
+    return f"a hole of {quantity_text(gap, 'm')} (the area of {count(cells)} broken stress point{'' if cells == 1 else 's'})"
 
 
 def _body(run: RunFolder, shell: Shell, named: bool) -> str:
@@ -151,7 +151,9 @@ def _body(run: RunFolder, shell: Shell, named: bool) -> str:
     damage = float(np.max(body.cell_data["damage"], initial=0.0))
     broken = int(np.count_nonzero((body.cell_data["broken"] != 0) & (body.cell_data["rupture_time"] > 0)))
     if broken == 0:
-        return f"{head}: no. The largest damage is {damage:.2f}."
+        plastic = float(np.max(body.cell_data["plastic"], initial=0.0)) if "plastic" in body.cell_data else 0.0
+        yielded = f", the largest plastic strain {plastic:.2g}" if plastic > 0 else ""
+        return f"{head}: no. The largest damage is {damage:.2f}{yielded}."
     p = pattern(body, shell.cuts)  # what a cut broke at the start is no crack
     parts = []
     if shell.cuts:
@@ -233,7 +235,7 @@ def _strikers(run: RunFolder) -> list[str]:
         found.append(
             f"{the} {'bounces back' if turned else 'ends'} at {quantity_text(float(v[-1]), 'm/s')} after "
             f"{quantity_text(float(v[0]), 'm/s')} ({100 * lost:.3g} % of its energy {'lost' if lost >= 0 else 'more'}); "
-            f"the largest force is {quantity_text(float(history['f_max'].max()), 'N')}."
+            f"the largest force of a step is {quantity_text(float(history['f_max'].max()), 'N')}."
         )
     return found
 

@@ -15,6 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
 from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize, to_rgba
 
+from ..bodies.shell.said import PARTICLES
 from ..frame import BodyFrame
 from ..output.measures.fragments import border
 
@@ -96,7 +97,7 @@ def kept(body: BodyFrame) -> np.ndarray:
 
 def outlined(body: BodyFrame) -> bool:
     """Whether the cells of a body are outlined: elements beside particles."""
-    return "hidden" in body.cell_data
+    return "hidden" in body.cell_data and not body.name.endswith(PARTICLES)
 
 
 def magnification(bodies: Sequence[BodyFrame], moved_to: float = MOVED) -> float:

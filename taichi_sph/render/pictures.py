@@ -38,6 +38,7 @@ MOVIE_DPI = 90
 MOVIE_SECONDS = 6.0
 MOVIE_BYTES = 3e6
 COLOURS = 240
+BROKEN = "broken cells removed; small balls: nodes without cells"
 
 
 def _bodies(run: RunFolder, index: int) -> list[BodyFrame]:
@@ -271,7 +272,7 @@ def _struck(run: RunFolder, backend: Backend) -> list[Path]:
     out, looks, last = run.pictures, struck.looks_of([run]), len(_times(run)) - 1
     paths = []
     if struck.suffers(run):
-        words = ("true deformation", "broken cells removed")
+        words = ("true deformation", BROKEN)
         paths.append(_save(struck.final_page(run, looks, backend, _subtitle(run, instant(run, -1), *words)), out / "impact.png"))
         chosen = struck.strip_instants(run)
         if len(chosen) > 1:
@@ -323,7 +324,7 @@ def _struck_pages(run: RunFolder, backend: Backend) -> Iterator[Figure]:
     views = struck.views_of(run, every[:: max(1, len(every) // 12)])
     for index in every:
         shots = struck.shots_at(run, index, looks, views, (outer, "section"))
-        words = _subtitle(run, instant(run, index), "true deformation", "broken cells removed")
+        words = _subtitle(run, instant(run, index), "true deformation", BROKEN)
         yield sheet([shots], run.scene.title, words, backend, MOVIE_DPI)
 
 

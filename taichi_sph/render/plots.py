@@ -57,9 +57,10 @@ def _direct_labels(axes: plt.Axes, ends: list[tuple[float, str, str]], right: fl
     places = np.array([value for value, _, _ in ends])
     for i in range(1, len(places)):
         places[i] = max(places[i], places[i - 1] + gap)
-    over = places[-1] - high if len(places) else 0
-    if over > 0:
-        places -= over * np.linspace(0, 1, len(places))
+    if len(places):  # those that were pushed out come back, and push those below
+        places[-1] = min(places[-1], high)
+    for i in range(len(places) - 2, -1, -1):
+        places[i] = min(places[i], places[i + 1] - gap)
     for place, (_, name, colour) in zip(places, ends, strict=True):
         axes.annotate(name, (right, place), xytext=(6, 0), textcoords="offset points", color=colour, va="center", fontsize=9)
 
@@ -70,7 +71,9 @@ def energies(run: RunFolder, title: str) -> Figure | None:
     if len(history) < 2:
         return None
     scale, unit = time_scale(float(history.time[-1]))
-    time = history.time * scale
+    # before the first step nothing is booked, not even what moves at t = 0
+    first = int("injected" in history.columns and history["injected"][0] == 0 != history["injected"][1])
+    time = history.time[first:] * scale
     joules = [n for n in history.columns if history.units[n] == "J" and np.abs(history[n]).max() > 0]
     largest = max((np.abs(history[n]).max() for n in joules), default=1.0)
     factor, energy_unit = _prefix(float(largest), "J")
@@ -84,7 +87,7 @@ def energies(run: RunFolder, title: str) -> Figure | None:
         ends = []
         for number, name in enumerate(joules):
             colour = PALETTE[number % len(PALETTE)]
-            values = history[name] * factor
+            values = history[name][first:] * factor
             small = np.abs(history[name]).max() < 2e-3 * largest
             top.plot(time, values, color=colour, lw=1.0 if small else 1.8, ls="--" if name == "external" else "-")
             ends.append((float(values[-1]), name.replace("_", " "), colour))
@@ -98,11 +101,12 @@ def energies(run: RunFolder, title: str) -> Figure | None:
             ends = []
             for name in percents:
                 label, colour = PERCENT[name]
-                bottom.plot(time, history[name], color=colour, lw=1.4)
+                bottom.plot(time, history[name][first:], color=colour, lw=1.4)
                 ends.append((float(history[name][-1]), label, colour))
             _direct_labels(bottom, ends, float(time[-1]), 0.15)
             bottom.set_ylabel("error [%]")
             bottom.margins(x=0)
+        axes[-1, 0].set_xlim(left=float(history.time[0]) * scale)
         axes[-1, 0].set_xlabel(f"time [{unit}]")
     return figure
 
@@ -218,7 +222,7 @@ def strikers(run: RunFolder) -> Figure | None:
         top.set_ylabel("speed [m/s]")
         top.set_title(f"{run.scene.title}: striker" + ("s" if len(found) > 1 else ""))
         bottom.set_ylim(bottom=0)
-        bottom.set_ylabel(f"force [{force}]")
+        bottom.set_ylabel(f"force, sampled [{force}]")
         bottom.set_xlabel(f"time [{unit}]")
         top.margins(x=0)
         _direct_labels(top, ends, last * scale, 0.06)

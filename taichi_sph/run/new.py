@@ -52,7 +52,7 @@ def scene(quality: Quality = "draft", velocity: Speed = 200.0) -> Scene:
         name="NAME",
         title=f"Ball on a sheet, {velocity:g} m/s",
         source="where the numbers come from",
-        shells=[sheet],  # any number of bodies: shells, rigids, fluids
+        shells=[sheet],  # any number of bodies: shells, solids, fluids, rigids
         rigids=[ball],
         motions=[PrescribedVelocity(body="sheet", where=where, velocity=(0, 0, 0), spin=(0, 0, 0)) for where in border],  # held
         duration="150 us",

@@ -229,6 +229,8 @@ class _Session:
 
         self.scene, self.out, self.sim, self.arch, self.clocks = scene, out, sim, arch, clocks
         self.progress, self.asked = progress, asked
+        self.answered: str | None = None  # why the run may end before its duration
+        self.frames_at = -1.0  # s, of the last frame
         self.energies = sim.energies()
         self.frames = FramesWriter(out / "frames", resumed_at)
         # energies are known at the time of the last force evaluation, a step before the state's
@@ -291,7 +293,7 @@ class _Session:
         sim, duration = self.sim, self.scene.duration
         beat_steps, pace = 1, Pace(duration)
         self._events()
-        while self._now < duration:
+        while self._now < duration and self.answered is None:
             if self.asked:
                 self._interrupt()
             target = min(duration, self.sample.next_time, self.picture.next_time, self.save.next_time)
@@ -309,6 +311,10 @@ class _Session:
                 progress_line(sim.time, duration, sim.dt, sim.dt_rule, pace.left(sim.time), self.energies, sim.status()),
                 force=self._now >= duration,
             )
+        if self.answered is not None:
+            self.progress.say(self.answered)
+            if self.frames_at < sim.time:
+                self.frames.append(sim.frame())
         if self.asked:
             self._interrupt()
 
@@ -323,8 +329,13 @@ class _Session:
                 self.probes[name].append({"time": sim.time, **values})
             for name, values in (sim.tracks() if self.tracks else {}).items():
                 self.tracks[name].append({"time": sim.time, **values})
+            if self.scene.until is not None:
+                from .until import answered
+
+                self.answered = answered(self.scene, self.out / "histories")
         if self.picture.due(self._now):
             self.frames.append(sim.frame())
+            self.frames_at = sim.time
         if self.save.due(self._now):
             self._checkpoint("checkpoints")
         self.clocks.write += clock.monotonic() - before

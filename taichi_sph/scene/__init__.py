@@ -29,12 +29,14 @@ _WHERE = {
     "surfaces": (
         "BoxTank", "CappedTank", "Cylinder", "Disc", "Frustum", "HoleIn", "MeshFile", "Net", "Plate", "Roof", "Sphere", "SpherePatch"
     ),
+    "until": ("LeakKnown",),
     "units": ("Angle", "Density", "Dimensionless", "Force", "Length", "Mass", "Pressure", "Speed", "Spin", "Stiffness", "Time", "to_si"),
     "..bodies.fluid.said": ("Acoustic", "Fluid", "FluidBox", "FluidRound", "Hole", "ShellFill", "Tait", "Wall", "Water"),
     "..bodies.rigid.said": ("DiscFace", "Driven", "Pinball", "Rigid", "TubeFace"),
     "..bodies.shell.said": ("Collocation", "Cut", "FiniteElements", "Galerkin", "Patch", "Section", "Shell", "Viscosity"),
     "..bodies.solid.said": ("Particles", "Solid", "Trilinear"),
     "..couplings.contact.said": ("Meeting", "PinballContact"),
+    "..couplings.drag.said": ("Drag",),
     "..couplings.gas.said": ("Gas",),
     "..couplings.springs.said": ("Spring",),
     "..couplings.welds.said": ("Weld",),

@@ -37,6 +37,7 @@ from .kinds import Kinds
 from .loads import InitialVelocity, NodalForce, NodalMoment, PrescribedVelocity, SurfacePressure
 from .numerics import Numerics
 from .units import Acceleration, Time
+from .until import LeakKnown
 
 LOADS = ("forces", "moments", "pressures", "gases", "motions", "initial")
 OWN = ("spacing", "cells", "irregularity", "seed", "formulation", "raised_inertia")  # of the numerics, that a body may say for itself
@@ -90,6 +91,7 @@ class Scene(Frozen):
     motions: tuple[PrescribedVelocity, ...] = ()
     initial: tuple[InitialVelocity, ...] = ()
     duration: Annotated[Time, Field(gt=0)]
+    until: LeakKnown | None = None
     static: Static | None = None
     modes: Modes | None = None
     limit: StepLimit | None = None
@@ -104,6 +106,8 @@ class Scene(Frozen):
         for said in (*self.bodies, *self.couplings):
             if hasattr(said, "check"):
                 said.check(self)
+        if self.until is not None:
+            self.until.check(self)
         plausible.scene(self)
         return self
 

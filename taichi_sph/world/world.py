@@ -320,7 +320,7 @@ class World:
 
     def contact_report(self) -> dict[str, float] | None:
         """How contact was solved, and its share of the steps of this session; None where there is none."""
-        report = next((found for coupling in self.couplings if (found := coupling.report())), None)
+        report = None if self.contact is None else self.contact.report()
         return report and report | {"share": report["seconds"] / max(self.stepping, 1e-300)}
 
     def overlap_report(self) -> dict[str, float] | None:

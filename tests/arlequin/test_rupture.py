@@ -32,9 +32,11 @@ def torn_at(x: float, **more):
 
 def test_where_elements_would_break_the_run_stops():
     sim = start(torn_at(0.21))
+    columns = sim.status().keys()
     with pytest.raises(RunStopped, match="its patch is too small: at .* an element would break .* let the patch reach .* farther"):
         sim.advance_to(2e-3)
     assert sim.overlap_report()["damage"] >= 0.5 and sim.status()["% of D_c outside of the patch"] >= 50
+    assert sim.status().keys() == columns  # those of histories/progress.csv
 
 
 @pytest.mark.long
@@ -55,8 +57,13 @@ def test_a_crack_near_the_overlap_changes_the_constraints():
 def test_damage_near_the_border_makes_the_patch_grow():
     """The same tear goes on: elements become particles, and break. What the change takes is booked."""
     sim = start(torn_at(0.35, grows=True))
-    first, nodes = momentum(sim), sim.n_nodes
+    first, nodes, frame = momentum(sim), sim.n_nodes, sim.frame()
     sim.advance(30)
+    for before, after in zip(frame.bodies, sim.frame().bodies, strict=True):  # a frames file holds one set of cells
+        assert before.name == after.name and (before.cells == after.cells).all() and before.cell_data.keys() == after.cell_data.keys()
+        assert (before.reference == after.reference).all() and len(before.points) == len(after.points)
+        hidden = [body.cell_data["hidden"].sum() for body in (before, after)]
+        assert (hidden[0] < hidden[1]) == (before.name == "shell")  # fewer elements are seen, and more particles
     assert sim.grown.events == 1 and sim.n_nodes > nodes and sim.status()["broken"]
     assert momentum(sim) == pytest.approx(first, abs=1e-12 * np.abs(first).max())
     assert abs(sim.energies()["closed_residual_percent"]) < 0.05

@@ -77,6 +77,12 @@ def test_options(call, work, fake, scene_file, arguments, said):
     refused(call(*arguments), files(work), work, said)
 
 
+def test_a_script_that_lies_here(call, work, fake):
+    """`new` writes into this folder where there is no scenes/; the bare name is that of a scene, and the sentence names the file."""
+    (work / "mine.py").write_text(SCRIPT)
+    refused(call("run", "mine"), files(work), work, "there is no scene 'mine' in scenes/; the script here is 'mine.py'")
+
+
 FACET = "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex {}\nendloop\nendfacet\nendsolid"
 
 

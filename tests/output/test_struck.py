@@ -243,7 +243,7 @@ def test_the_answer_about_the_plate(plate) -> None:
     lines = answer(plate)
     assert lines[0].startswith("The plate ruptured at 9 us: a hole of 8.") and "seven petals" in lines[0]
     assert "a plug of 8." in lines[0] and "flies at 310 m/s" in lines[0]
-    assert lines[1] == "The striker ends at 255 m/s after 300 m/s (27.8 % of its energy lost); the largest force is 289 kN."
+    assert lines[1] == "The striker ends at 255 m/s after 300 m/s (27.8 % of its energy lost); the largest force of a step is 289 kN."
 
 
 def test_the_answer_about_the_tank(empty, full, monkeypatch) -> None:

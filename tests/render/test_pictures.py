@@ -165,6 +165,16 @@ def test_titles_are_no_formulas(tmp_path: Path, renderer: str) -> None:
         prices.render_price({"title": name, "references": {name: 1.0}, "points": points}, tmp_path / "price.png")
 
 
+def test_names_of_lines_keep_apart() -> None:
+    """Two lines that end together at the top of their axes: their names are a gap apart, below the top."""
+    _, axes = plots.plt.subplots()
+    axes.set_ylim(0, 1)
+    plots._direct_labels(axes, [(0.99, "a", "k"), (0.98, "b", "k"), (0.1, "c", "k")], 1.0, 0.15)
+    places = sorted(text.xy[1] for text in axes.texts)
+    assert np.diff(places).min() > 0.149 and places[-1] <= 1.0 and places[0] == 0.1
+    plots.plt.close()
+
+
 def test_titles_tell_runs_apart(tmp_path: Path) -> None:
     runs = [write_run(tmp_path / t, count=1, spacing=0.002, scene=plate_scene(title=f"Beam, notch at {t} in")) for t in ("2", "4")]
     assert pictures.common_title(runs) == "Beam"

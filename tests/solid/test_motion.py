@@ -108,6 +108,14 @@ def test_a_torn_block():
     assert shown.sum() > 0 and frame.kind == "solid"
 
 
+def test_frames_show_nodes_without_a_live_cell_as_fragments():
+    world = start(solid_scene(Brick(size=(0.3, 0.1, 0.1)), BREAKS, spacing=0.1))
+    group = group_of(world)
+    runtime.put(group.cells.broken, (group.mesh.centres[:, 0] < 0.2).astype(np.int32))
+    shown = world.frame().body("body").point_data
+    assert shown["fragment"].tolist() == (group.mesh.points[:, 0] < 0.15).astype(int).tolist()
+
+
 def test_restart():
     restarts_exactly(metal, 40, 20)
 

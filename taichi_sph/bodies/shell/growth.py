@@ -110,12 +110,22 @@ def hand_on(groups: tuple[Any, Any], were: tuple[Before, Before]) -> None:
 
 def settle(groups: tuple[Any, Any], were: tuple[Before, Before], time: float, dt: float) -> None:
     """Once velocities are tied: what follows from the new neighbourhoods; time [s] of the last forces, dt [s] of the step since."""
+    from scipy.spatial import cKDTree
+
     elements, particles = groups
     nodes, _ = _kept_particles(were[1].split, _split(particles))
     _as_of(particles, dt, lambda: _rebase(particles, were[1], nodes))
-    for group, was, kept in ((elements, were[0], _kept_elements(were[0].split, _split(elements))[0]), (particles, were[1], nodes)):
+    of_elements, _ = _kept_elements(were[0].split, _split(elements))
+    touch = np.where(nodes[:, None] < 0, 0.0, were[1].touch[nodes])
+    gone = np.setdiff1d(np.arange(were[0].n_nodes), of_elements)  # where they were there are particles now
+    _, there = cKDTree(particles.mesh.points).query(were[0].split.elements.points[gone])
+    np.add.at(touch, there, were[0].touch[gone])
+    for group, was, kept, touched in (
+        (elements, were[0], of_elements, were[0].touch[of_elements]),
+        (particles, were[1], nodes, touch),
+    ):
         _as_of(group, dt, lambda group=group: _look(group, time))
-        _kinetic(group, was, kept, dt)
+        _kinetic(group, was, kept, touched, dt)
 
 
 def _look(group: Any, time: float) -> None:
@@ -126,13 +136,13 @@ def _look(group: Any, time: float) -> None:
     group.internal.force()
 
 
-def _kinetic(group: Any, was: Before, kept: np.ndarray, dt: float) -> None:
+def _kinetic(group: Any, was: Before, kept: np.ndarray, touch: np.ndarray, dt: float) -> None:
     """Of nodes that are new, or weigh something else, the kinetic energy that fits their forces, so that the next step closes the ledger:
     1/2 m v_n-1/2 . v_n+1/2 with v_n-1/2 = v_n+1/2 - dt f_n / m, and the same of directors."""
     nodes, mass = group.nodes, _of_nodes(group, "mass")
     changed = (kept < 0) | (np.abs(was.mass[kept] - mass) > 1e-9 * mass)
     v, force = _of_nodes(group, "v"), _of_nodes(group, "force")
-    force += np.where(kept[:, None] < 0, 0.0, was.touch[kept])[:, : nodes.dim]
+    force += touch[:, : nodes.dim]
     energy = 0.5 * mass * (v**2).sum(axis=1) - 0.5 * dt * (v * force).sum(axis=1)
     if nodes.bends:
         omega, n = _of_nodes(group, "omega"), _of_nodes(group, "N") + _of_nodes(group, "d")

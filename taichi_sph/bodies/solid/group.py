@@ -144,9 +144,11 @@ class SolidGroup(Rest):
         """Each solid by its surface. Where cells may break, by all of its faces, those that are not on the surface now being `broken`."""
         n = self.nodes.n
         nodes, cells = self.nodes.shows(), self.cells.shows()
-        nodes["fragment"] = nodes["fragment"].astype(np.uint8)
         points = self.mesh.points + runtime.get(self.nodes.u, n).astype(np.float64)
         gone = cells.pop("broken").astype(bool)
+        bound = self.mesh.cells[~gone]
+        nodes["fragment"] = np.ones(n, np.uint8)  # no live cell around it
+        nodes["fragment"][bound[bound >= 0]] = 0
         found = []
         for body in self.solids:
             faces = body.mesh.faces

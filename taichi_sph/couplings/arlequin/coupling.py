@@ -41,7 +41,6 @@ EVERY = 50  # steps between two looks at damage
 OFTEN = 5  # where the patch grows
 NEAR = 0.1  # of D_c: an element whose damage has come so far becomes particles, where the patch grows
 STARTING = 3  # sweeps over the directors of the velocities that are given
-WARNED = 0.5  # of D_c: from there on the progress line tells
 
 
 class Watch(Pool):
@@ -190,8 +189,8 @@ class ArlequinCoupling(Coupling):
         self.seconds += perf_counter() - began
 
     def status(self) -> dict[str, int]:
-        """A warning, once damage comes near."""
-        return {"% of D_c outside of the patch": round(100 * self.watch.worst)} if self.watch.worst >= WARNED else {}
+        """How near damage is. From the first step on: columns of a history are those that it began with."""
+        return {} if self.critical is None else {"% of D_c outside of the patch": round(100 * self.watch.worst)}
 
     def report(self) -> dict[str, float]:
         """damage: the largest D_r / D_c of elements and overlap; velocities, directors: the largest difference that is left, of 1;

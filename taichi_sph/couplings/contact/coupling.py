@@ -10,6 +10,7 @@ from ...bodies.body import Entries, Group, Now, common_schedule
 from ...bodies.surface import Surface
 from ...pool import Pool
 from ...scene.schema import Scene
+from ..carried import carried
 from ..coupling import Coupling
 from ..ports import Port
 from .multipliers import Contact
@@ -50,7 +51,8 @@ class ContactCoupling(Coupling):
         place = np.argsort(order)
         table = Table(Meetings(*(said[place][:, place] for said in meetings)))
         skin = 0.5 * min(s.length for s in surfaces)
-        self.contact = Contact(port, table, scene.numerics.contact or PinballContact(), skin)
+        hidden = carried(scene, groups, "contact.carried", port.names)
+        self.contact = Contact(port, table, scene.numerics.contact or PinballContact(), skin, hidden)
         for s in surfaces:
             s.meets()
 

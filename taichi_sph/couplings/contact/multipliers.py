@@ -36,6 +36,7 @@ from ...bodies.body import Now
 from ...errors import RunStopped, SceneError
 from ...pool import Pool
 from ...runtime import ti
+from ..carried import Carried
 from ..ports import Port
 from .faces import nearest
 from .pairs import BODIES, DISC, FACE, PAIRS, TURNING, WHO, Pairs, Table, disc_gap
@@ -53,10 +54,13 @@ class Contact(Pool):
 
     kept = ("all_iterations", "solves", "unsolved", "largest_error")
 
-    def __init__(self, port: Port, table: Table, settings: PinballContact, skin: float, name: str = "contact"):
-        """skin [m]: how far beyond contact pairs are kept ready."""
+    def __init__(
+        self, port: Port, table: Table, settings: PinballContact, skin: float, hidden: Carried | None = None, name: str = "contact"
+    ):  # fmt: skip
+        """skin [m]: how far beyond contact pairs are kept ready; hidden: strikers that hide from a fluid what they touch."""
         super().__init__(name)
         self.port, self.settings, self.skin = port, settings, skin
+        self.hidden, self.hides = hidden, hidden is not None
         self.pairs = pairs = Pairs(port, table)
         room, bodies = min(port.n, pairs.sides * pairs.capacity), port.n_bodies
         blocks = -(-pairs.capacity // BLOCK)
@@ -91,7 +95,7 @@ class Contact(Pool):
 
     def pools(self) -> list[Pool]:
         """In the order of a restart."""
-        return [self.port, self.pairs.table, self.pairs, self]
+        return [self.port, self.pairs.table, *([] if self.hidden is None else [self.hidden]), self.pairs, self]
 
     def check_start(self) -> None:
         """SceneError when bodies lie in each other at t = 0."""
@@ -364,6 +368,13 @@ def _measure(contact: ti.template(), dt: ti.f64, skin: ti.f64, speeds: ti.i32, s
                     reach = ti.min(reach, lasts * (port.speed[port.whose[a]] + port.speed[port.whose[b]]))
             if gap + lasts * ti.min(free, 0.0) < reach:
                 near = 1
+            if ti.static(contact.hides):
+                if pairs.sort[k] == DISC:
+                    for s in ti.static(range(contact.hidden.n)):
+                        if contact.hidden.fluid[s] == port.whose[a]:
+                            if contact.hidden.touches(s, port.x[b], port.disc_radius[pairs.other[k]]):
+                                near, slack = 0, ti.max(slack, 0.0)
+                                pairs.slack[k] = slack
             pairs.near[k] = near
             if near == 0:
                 pairs.p[k] = 0.0

@@ -78,6 +78,11 @@ class Meeting(Frozen):
             raise ValueError(f"{where}.{key}: '{body.name}' meets itself by its own self_contact; only friction is said of it here")
 
 
+def _parted(scene: Any) -> list[set[str]]:
+    """Pairs of bodies that something else than contact stands between: a weld, a law."""
+    return [{*said.between} for said in (*scene.welds, *(one for one in scene.interactions if getattr(one, "parts", False)))]
+
+
 def met(scene: Any, one: str, other: str) -> Met:
     """What holds between two bodies of a scene, or parts of them, by name; parts of one body do not meet."""
     parts = one != other
@@ -87,7 +92,7 @@ def met(scene: Any, one: str, other: str) -> Met:
     said = next((m for m in scene.meetings if set(m.between) == {one, other}), None)
     if one == other:
         return Met(bool(getattr(scene.body(one), "self_contact", False)), None, None, 0.0 if said is None else said.friction)
-    possible = scene.body(one).meets and scene.body(other).meets and not any({*weld.between} == {one, other} for weld in scene.welds)
+    possible = scene.body(one).meets and scene.body(other).meets and {one, other} not in _parted(scene)
     if said is None:
         return Met(possible, None, None)
     return Met(said.meet and possible, said.restitution, said.meet, said.friction)
@@ -97,7 +102,7 @@ def meeting(scene: Any) -> Callable[[str, str], bool]:
     """Whether two bodies of a scene may meet, by name: `met` for scenes of thousands of them."""
     itself = {body.name: bool(getattr(body, "self_contact", False)) for body in scene.bodies}
     able = {body.name for body in scene.bodies if body.meets}
-    apart = {frozenset(m.between) for m in scene.meetings if not m.meet} | {frozenset(weld.between) for weld in scene.welds}
+    apart = {frozenset(m.between) for m in scene.meetings if not m.meet} | {frozenset(pair) for pair in _parted(scene)}
 
     def meets(one: str, other: str) -> bool:
         if one == other:

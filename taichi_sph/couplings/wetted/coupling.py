@@ -9,6 +9,7 @@ from ...bodies.body import Group, Now
 from ...bodies.fluid.group import FluidGroup
 from ...bodies.wettable import wettables
 from ...pool import Pool
+from ..carried import carried
 from ..coupling import Coupling
 from .wetted import FINE, Wetted
 
@@ -26,7 +27,8 @@ def couplings(scene: Any, groups: Sequence[Group], own: Sequence[Any]) -> list[W
             name = fluid.name.replace("fluid", "wet")
             surfaces = wettables([group for group in groups if group is not fluid], name, FINE * fluid.body.p.spacing, meets)
             if surfaces:
-                found.append(WettedCoupling(fluid, Wetted(name, surfaces, fluid.body)))
+                hidden = carried(scene, groups, f"{name}.carried", names)
+                found.append(WettedCoupling(fluid, Wetted(name, surfaces, fluid.body, hidden)))
     return found
 
 

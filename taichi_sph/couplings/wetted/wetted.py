@@ -52,6 +52,7 @@ from ...numerics.cells import CUBES, CellGrid, beside, cube, group, running
 from ...numerics.kernel import w2
 from ...pool import Pool
 from ...runtime import ti
+from ..carried import Carried
 
 if TYPE_CHECKING:
     from ...bodies.fluid.body import FluidBody
@@ -68,9 +69,10 @@ class Wetted(Pool):
     s: what the particles read of it (Surroundings), which belongs to the fluid.
     """
 
-    def __init__(self, name: str, surfaces: Sequence[Wettable], fluid: "FluidBody"):
+    def __init__(self, name: str, surfaces: Sequence[Wettable], fluid: "FluidBody", hidden: Carried | None = None):
+        """hidden: strikers that hide what they touch."""
         super().__init__(name)
-        self.surfaces, self.fluid, self.p, self.walls = surfaces, fluid, fluid.p, fluid.walls
+        self.surfaces, self.fluid, self.p, self.walls, self.hidden = surfaces, fluid, fluid.p, fluid.walls, hidden
         self.first = [0, *np.cumsum([surface.n for surface in surfaces]).tolist()]
         self.n = n = self.first[-1]
         self.thin = any(surface.thin for surface in surfaces)  # some points have water on both sides
@@ -94,7 +96,8 @@ class Wetted(Pool):
 
     def pools(self) -> list[Pool]:
         """All that is kept; lists come last."""
-        return [self.points, self.s, *(pool for surface in self.surfaces for pool in surface.pools()), self]
+        hidden = [] if self.hidden is None else [self.hidden]
+        return [self.points, self.s, *(pool for surface in self.surfaces for pool in surface.pools()), *hidden, self]
 
     def see(self, renumbered: bool, since: float = 0.0) -> None:
         """What the particles find of surfaces where all lie now (Surroundings.see)."""
@@ -114,6 +117,8 @@ class Wetted(Pool):
     def _lay(self, since: float) -> None:
         for first, surface in zip(self.first, self.surfaces):
             surface.lay(self.points, first, since)
+        if self.hidden is not None:
+            _hide(self.points, self.hidden, self.n, self.hidden.n)
 
     def relist(self) -> None:
         """Lists of the pairs within reach, as all lie now."""
@@ -220,6 +225,18 @@ class Wetted(Pool):
         if ti.static(self.walls.n > 0):
             result = self.walls.turned(found, image, a)
         return result
+
+
+@ti.kernel
+def _hide(points: ti.template(), hidden: ti.template(), n: ti.i32, strikers: ti.i32):
+    """Thin points that a striker touches have no area: half the diagonal of a square of its area is how far a point reaches."""
+    for k in range(n):
+        if points.thin(k):
+            half = 0.7072 * ti.sqrt(ti.cast(points.area(k).norm(), ti.f64))
+            for s in range(strikers):
+                if hidden.touches(s, points.x[k], half):
+                    for c in ti.static(range(3)):
+                        points.record[k][3 + c] = 0.0
 
 
 @ti.kernel

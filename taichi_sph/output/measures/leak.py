@@ -27,10 +27,21 @@ G = 9.81  # m/s2, where the scene has no gravity: a tank goes on to leak under i
 HISTORY = "leak"
 
 
+def _names(scene: Scene) -> dict[str, str]:
+    """Fluid -> name of its history, for every fluid that fills a shell."""
+    filled = [fluid.name for fluid in scene.fluids if getattr(fluid.fill, "shell", None) is not None]
+    return {fluid: HISTORY if len(filled) == 1 else f"{HISTORY}_{fluid}" for fluid in filled}
+
+
+def called(scene: Scene, fluid: str | None) -> str:
+    """The name of the history of a tank; fluid None: of the only one."""
+    names = _names(scene)
+    return names[fluid or next(iter(names))]
+
+
 def tanks(run: RunFolder) -> dict[str, str]:
     """Fluid -> name of its history, for every tank that is watched."""
-    filled = [fluid.name for fluid in run.scene.fluids if getattr(fluid.fill, "shell", None) is not None]
-    names = {fluid: HISTORY if len(filled) == 1 else f"{HISTORY}_{fluid}" for fluid in filled}
+    names = _names(run.scene)
     there = run.histories()
     return {fluid: name for fluid, name in names.items() if name in there}
 
@@ -79,14 +90,26 @@ def leak_rate_error(
     """Standard error [l/s] of `leak_rate` over the same time: that of the mean of the rates in its four quarters, and one particle more or
     less, which is the finest that a run resolves. What the spacing makes of an opening is not in it. None with too few samples."""
     time, out = _late(run, fluid, start, end)
+    fluid, history = watched(run, fluid)
+    gone = float(history["escaped_count"][-1]) if len(history) else 0.0
+    return _error(time, out, float(litres(run, history, fluid)[-1]) / gone if gone > 0 else 0.0)
+
+
+def _error(time: np.ndarray, out: np.ndarray, one: float) -> float | None:
+    """Standard error of the mean rate of what has gone `out` by these times, in particles of `one`; None with too few samples."""
     if len(time) <= PIECES:
         return None
-    fluid, history = watched(run, fluid)
     edges = np.linspace(time[0], time[-1], PIECES + 1)
     scatter = np.std(np.diff(np.interp(edges, time, out)) / np.diff(edges), ddof=1) / math.sqrt(PIECES)
-    gone = float(history["escaped_count"][-1])
-    one = float(litres(run, history, fluid)[-1]) / gone if gone > 0 else 0.0
     return float(math.hypot(scatter, one / (time[-1] - time[0])))
+
+
+def rate_and_error(time: np.ndarray, out: np.ndarray, one: float) -> tuple[float, float | None]:
+    """Mean rate over the last tenth of the times so far and its standard error, as `leak_rate` and `leak_rate_error` of a run that ends
+    there; in the unit of `out` over seconds."""
+    late = time >= (1.0 - LAST) * time[-1]
+    time, out = time[late], out[late]
+    return (float((out[-1] - out[0]) / (time[-1] - time[0])) if len(time) > 1 else 0.0), _error(time, out, one)
 
 
 def orifice_rate(run: RunFolder, scene: Scene, *, fluid: str | None = None) -> float | None:

@@ -116,10 +116,11 @@ def recorded(scene: Scene | Study, hashed: Callable[[Scene], str]) -> list[str]:
             f"error {_error_words(p)} of {' and '.join(record['references'])}" if p["error"] is not None else "another answer than expected"
         )
         said.append(f"measured: {error}, {_cost(p)}, {bytes_text(p['bytes'])} ({path})")
-    for quality in ("draft", "standard", "paper"):
-        if quality in record["qualities"]:
-            p = points[record["qualities"][quality]]
-            said.append(f"by the rule {quality} is: {p['name']}, error {_error_words(p)}, {_cost(p)}{_set(p['settings'])}")
+    chosen = {quality: record["qualities"][quality] for quality in ("draft", "standard", "paper") if quality in record["qualities"]}
+    for name in dict.fromkeys(chosen.values()):
+        p, same_point = points[name], [quality for quality, one in chosen.items() if one == name]
+        verb = "is" if len(same_point) == 1 else "are"
+        said.append(f"by the rule {', '.join(same_point)} {verb}: {name}, error {_error_words(p)}, {_cost(p)}{_set(p['settings'])}")
     return said
 
 
