@@ -35,30 +35,40 @@ class Known(NamedTuple):
 
 
 class Arguments(NamedTuple):
-    """Where the templates of a kernel stand, and its numbers: place, place among the numbers, whether real, what makes the number."""
+    """Where the templates of a kernel stand, and its numbers: place, place among the numbers, whether real, what makes the number. Of
+    vectors alike, with the place of each component."""
 
     templates: tuple[int, ...]
     numbers: tuple[tuple[int, tuple[int], bool, Callable[[Any], Any]], ...]
+    vectors: tuple[tuple[int, tuple[tuple[int, int], ...], bool, Callable[[Any], Any]], ...]
 
 
 def _arguments(kernel: Any) -> Arguments | None:
-    """None: the kernel takes or gives back something else than templates, real and signed whole numbers."""
+    """None: the kernel takes something else than templates, real and signed whole numbers and vectors of them, or gives back several."""
     returned = kernel.return_type
     if kernel.autodiff_mode != kernel_impl.AutodiffMode.NONE or (returned is not None and len(returned) != 1):
         return None
     templates: list[int] = []
     numbers: list[tuple[int, tuple[int], bool, Callable[[Any], Any]]] = []
+    vectors: list[tuple[int, tuple[tuple[int, int], ...], bool, Callable[[Any], Any]]] = []
     for place, argument in enumerate(kernel.arguments):
         needed = argument.annotation
         if isinstance(needed, kernel_impl.template):
             templates.append(place)
-        elif id(needed) in primitive_types.real_type_ids:
-            numbers.append((place, (len(numbers),), True, float))
-        elif id(needed) in primitive_types.integer_type_ids and kernel_impl.is_signed(cook_dtype(needed)):
-            numbers.append((place, (len(numbers),), False, operator.index))
-        else:
+            continue
+        vector = isinstance(needed, kernel_impl.MatrixType) and needed.ndim == 1
+        if not vector and id(needed) not in (*primitive_types.real_type_ids, *primitive_types.integer_type_ids):
             return None
-    return Arguments(tuple(templates), tuple(numbers))
+        dtype = needed.dtype if vector else cook_dtype(needed)
+        real = dtype in primitive_types.real_types
+        if not real and not kernel_impl.is_signed(dtype):
+            return None
+        among, number = len(numbers) + len(vectors), float if real else operator.index
+        if vector:
+            vectors.append((place, tuple((among, k) for k in range(needed.n)), real, number))
+        else:
+            numbers.append((place, (among,), real, number))
+    return Arguments(tuple(templates), tuple(numbers), tuple(vectors))
 
 
 def _quick(slow: Callable[..., Any]) -> Callable[..., Any]:
@@ -90,7 +100,11 @@ def _quick(slow: Callable[..., Any]) -> Callable[..., Any]:
                     context.set_arg_float(among, number(args[place]))
                 else:
                     context.set_arg_int(among, number(args[place]))
-        except (TypeError, ValueError, OverflowError):  # Taichi says what is wrong
+            for place, components, real, number in takes.vectors:
+                setter, given = context.set_struct_arg_float if real else context.set_struct_arg_int, args[place]
+                for component in components:
+                    setter(component, number(given[component[1]]))
+        except (TypeError, ValueError, OverflowError, IndexError):  # Taichi says what is wrong
             return slow(self, *args)
         program = impl.get_runtime().prog
         try:

@@ -25,6 +25,12 @@ def scale(pool: ti.template(), power: ti.template(), by: ti.f32):
             pool.x[i] *= by
 
 
+@ti.kernel
+def weigh(pool: ti.template(), first: ti.types.vector(3, ti.i32), scale: ti.f64, record: ti.types.vector(2, ti.f64)):
+    for i in range(2):
+        pool.x[first[i + 1]] += scale * record[i] + first[0]
+
+
 def pool(name):
     made = Pool(name)
     made.x = made.field("x", 8, dtype="f64", doc="a number")
@@ -48,6 +54,22 @@ def test_numbers_and_templates_may_change(two):
     assert add(other, np.int64(2), np.float32(0.25)) == 0.5 and known() == 2
     assert add(other, np.int32(1), 0.0) == 0.25 and known() == 2
     assert runtime.get(one.x, 4) == pytest.approx([2.5, 2.5, 1.5, 0.0]) and runtime.get(other.x, 3) == pytest.approx([0.25, 0.25, 0.0])
+
+
+def test_components_of_vectors_may_change(two):
+    one, _ = two
+    weigh(one, (5, 0, 1), 2.0, (0.5, 0.25))
+    assert len(weigh._primal.known) == 1
+    for first, record in (((7, 2, 3), [1.0, 2]), (np.array([0, 4, 5], np.int32), np.array([3.0, 4.0])), ((0, 6, 7), ti.Vector([0.5, 1.5]))):
+        weigh(one, first, 2.0, record)
+    assert len(weigh._primal.known) == 1
+    assert runtime.get(one.x, 8) == pytest.approx([6.0, 5.5, 9.0, 11.0, 6.0, 8.0, 1.0, 3.0])
+    for bad in ((1.5, 0, 1), (1, 0), (1, 0, "x"), 3):
+        with pytest.raises(Exception) as quick:
+            weigh(one, bad, 2.0, (0.5, 0.25))
+        with pytest.raises(Exception) as slow:
+            type(weigh._primal).__call__.__wrapped__(weigh._primal, one, bad, 2.0, (0.5, 0.25))
+        assert type(quick.value) is type(slow.value)
 
 
 def test_a_template_that_is_a_number_is_taken_by_its_value(two):

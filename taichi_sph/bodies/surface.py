@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..runtime import ti
 from .body import Now, Span
 
 
@@ -54,9 +55,8 @@ class Faces:
     corners: np.ndarray
 
 
-@dataclass(frozen=True)
-class First:
-    """Where a group's numbers begin among those of all groups."""
+class First(NamedTuple):
+    """Where a group's numbers begin among those of all groups. Kernels take it as FIRST."""
 
     mover: int = 0
     body: int = 0
@@ -64,6 +64,10 @@ class First:
     thin: int = 0
     disc: int = 0
     face: int = 0
+
+
+FIRST = ti.types.vector(len(First._fields), ti.i32)
+MOVER, BODY, BALL, THIN, DISC, FACE = range(len(First._fields))  # its columns
 
 
 class Surface:

@@ -75,9 +75,11 @@ def away_from(points: np.ndarray, triangles: np.ndarray, reach: float) -> tuple[
     radius = np.linalg.norm(triangles - centre[:, None], axis=2).max()
     tree = cKDTree(centre)
     result, number = np.full(points.shape, np.inf), np.zeros(len(points), int)
-    close = np.nonzero(tree.query(points)[0] < reach + radius)[0]
+    middle = tree.query(points)[0]  # of a triangle: the nearest one is no farther than that
+    close = np.nonzero(middle < reach + radius)[0]
+    within = np.minimum(reach, middle * (1 + 1e-9)) + radius
     for part in np.array_split(close, max(1, len(close) // 20_000)):
-        lists = tree.query_ball_point(points[part], reach + radius)
+        lists = tree.query_ball_point(points[part], within[part])
         count = np.array([len(k) for k in lists])
         if not count.sum():
             continue

@@ -27,6 +27,7 @@ MAGIC = b"taichi-sph checkpoint\n"
 SCHEMA = 2
 SUFFIX = ".checkpoint"
 ASIDE = ".damaged"  # added to the name of one that cannot be read
+KEPT = 2  # the newest ones of a run: one, and the one before where that is damaged
 HEADER = 64_000_000  # bytes, at most
 SUM = hashlib.sha256().digest_size
 _NAME = re.compile(rf"step_(\d{{9,18}}){re.escape(SUFFIX)}")
@@ -83,7 +84,7 @@ def save(
     step: int,
     dt: float,
     state: dict[str, np.ndarray],
-    keep: int,
+    keep: int = KEPT,
     unset: Collection[str] | None = (),
     extra: dict[str, object] | None = None,
 ) -> Path:

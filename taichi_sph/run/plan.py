@@ -29,6 +29,7 @@ from ..geometry.solids import count as nodes_of_solid
 from ..geometry.solids import mesh_of as solid_mesh_of
 from ..geometry.surfaces import mesh_of
 from ..output import files
+from ..output.checkpoint import KEPT
 from ..scene import Body, Numerics, Scene, Shell, Solid
 from ..scene.instead import LARGEST
 from ..scene.plausible import MAX_STEPS
@@ -182,7 +183,7 @@ def _estimated(scene: Scene, bodies: tuple[BodyPlan, ...], node_steps_per_second
     if _by_newton(scene, nodes):
         seconds = steps * nodes * NEWTON
     out = scene.output
-    per_node = (out.frames + 1) * FRAME_BYTES_PER_NODE + min(out.checkpoints, out.keep_checkpoints) * CHECKPOINT_BYTES_PER_NODE
+    per_node = (out.frames + 1) * FRAME_BYTES_PER_NODE + min(out.checkpoints, KEPT) * CHECKPOINT_BYTES_PER_NODE
     return Plan(
         bodies=bodies,
         dt=dt,

@@ -355,7 +355,6 @@ class _Session:
             dt=self.sim.dt,
             state=self.sim.state(),
             unset=None if folder == STOPPED else self.sim.unset,
-            keep=self.scene.output.keep_checkpoints,
             extra=asdict(self.clocks),
         )
 

@@ -24,7 +24,6 @@ class Output(Frozen):
     frames: Annotated[StrictInt, Field(ge=1, le=10_000)] = 40
     samples: Annotated[StrictInt, Field(ge=1, le=1_000_000)] = 400
     checkpoints: Annotated[StrictInt, Field(ge=0, le=1000)] = 4
-    keep_checkpoints: Annotated[StrictInt, Field(ge=1, le=1000)] = 2
     probes: Annotated[tuple[Probe, ...], Field(max_length=2000)] = ()
 
 

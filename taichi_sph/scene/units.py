@@ -111,7 +111,11 @@ def to_si(text: str, unit: Unit) -> float:
 
 LIGHT = 299_792_458.0  # m/s
 FAR = 1e12  # m, beyond the planets: squares and cubes of lengths below are numbers
-MOST = {"m/s": (LIGHT, f"is faster than light ({LIGHT:.4g} m/s)"), "m": (FAR, f"is beyond {FAR:.0e} m, where no scene reaches")}
+MOST = {
+    "m/s": (LIGHT, f"is faster than light ({LIGHT:.4g} m/s)"),
+    "m": (FAR, f"is beyond {FAR:.0e} m, where no scene reaches"),
+    "rad": (1e4, "is more than a thousand turns"),
+}
 
 
 def _sensible(value: float, unit: Unit) -> float:

@@ -124,7 +124,7 @@ def foreign(path: Path) -> None:
     from taichi_sph.output import checkpoint
 
     saved = checkpoint.load(path)
-    checkpoint.save(path.parent, scene_hash="0", time=saved.time, step=saved.step, dt=saved.dt, state=saved.state, keep=2)
+    checkpoint.save(path.parent, scene_hash="0", time=saved.time, step=saved.step, dt=saved.dt, state=saved.state)
 
 
 def other_arrays(path: Path) -> None:
@@ -134,7 +134,7 @@ def other_arrays(path: Path) -> None:
 
     scene = load_scene(path.parents[1] / "scene.json")
     checkpoint.save(
-        path.parent, scene_hash=scene_hash(scene), time=1e-5, step=int(path.stem.split("_")[1]), dt=1.0, state={"y": np.zeros(3)}, keep=2
+        path.parent, scene_hash=scene_hash(scene), time=1e-5, step=int(path.stem.split("_")[1]), dt=1.0, state={"y": np.zeros(3)}
     )
 
 

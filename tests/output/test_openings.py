@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -9,10 +11,12 @@ from taichi_sph.frame import BodyFrame, Frame
 from taichi_sph.output.answer import quantity_text
 from taichi_sph.output.folder import RunFolder
 from taichi_sph.output.frames import FramesWriter
+from taichi_sph.output.measures import openings
 from taichi_sph.output.measures.openings import too_narrow
 from taichi_sph.run.plan import plan
 from taichi_sph.scene import (
     Box,
+    Cylinder,
     Fluid,
     FluidBox,
     Hole,
@@ -24,6 +28,7 @@ from taichi_sph.scene import (
     PrescribedVelocity,
     Scene,
     Shell,
+    ShellFill,
     Wall,
     dump,
 )
@@ -84,6 +89,21 @@ def test_the_answer_names_the_gap_below_a_gate(tmp_path, lifted, expected):
         assert lines == []
     else:
         assert len(lines) == 1 and lines[0].startswith(f"The gap between 'gate' and walls[0] is {expected}")
+
+
+def test_a_torn_tank_is_told_of_its_own_water_alone(monkeypatch):
+    steel = Material(name="m", young=1e9, poisson=0, density=1000)
+    cans = [Cylinder(radius=0.1, length=0.2, ends="discs", origin=(x, 0, 0)) for x in (0.0, 1.0)]
+    scene = tank().model_copy(
+        update={
+            "shells": tuple(Shell(name=n, surface=can, thickness=0.01, motion="free", material=steel) for n, can in zip("ab", cans)),
+            "fluids": tuple(Fluid(name=f"of_{n}", fill=ShellFill(shell=n), spacing=D) for n in "ab"),
+        }
+    )
+    monkeypatch.setattr(openings, "torn", lambda run, shell: 1.6 * D)
+    monkeypatch.setattr(openings, "gap", lambda *_: None)
+    lines = too_narrow(SimpleNamespace(scene=scene, bodies=lambda: ["a", "b", "of_a", "of_b"]), quantity_text)
+    assert [("'a'" in line, "'of_a'" in line) for line in lines] == [(True, True), (False, False)]
 
 
 def gate(up: float, held: bool = False) -> Scene:

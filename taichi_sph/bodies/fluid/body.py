@@ -6,7 +6,7 @@
     (contact)          writes push_n
     kick_and_drift()   v_n+1/2 = v_n-1/2 + dt_n (f_n + push_n) / m, walls, x_n+1 = x_n + dt v_n+1/2
 
-A wall is a pinball's: the normal velocity at the half step may close the gap to D/2 and no more (T 3.8 with a gap).
+A plane acts as contact of pinballs does: the normal velocity at the half step may close the gap to D/2 and no more (T 3.8 with a gap).
 Energies belong to time n as in step.py; gravity's work is that of a potential, exactly.
 """
 
@@ -42,7 +42,7 @@ SWING = 0.64  # omega dt, some room below 0.70
 ANY = -1e301  # Pa, the least pressure of a fluid that bears any tension
 
 
-def constants(fluid: Fluid, own: float, spacing: float) -> np.ndarray:
+def constants(fluid: Fluid, own: float, spacing: float, gravity: np.ndarray, origin: np.ndarray) -> np.ndarray:
     """(columns.COUNT,) what the pass has to know of a fluid of D_0 = own [m] in a group of that spacing [m]."""
     water, h, whole = fluid.water, fluid.support * own, fluid.support * spacing
     found = np.zeros(columns.COUNT)
@@ -62,6 +62,7 @@ def constants(fluid: Fluid, own: float, spacing: float) -> np.ndarray:
         found[columns.LINEAR] = fluid.alpha * water.density * water.sound * h
         found[columns.QUADRATIC] = fluid.beta * water.density * h * h
     found[columns.DIFFUSION] = 2.0 * fluid.delta * h / (water.density * water.sound)
+    found[columns.GRAVITY : columns.GRAVITY + 3], found[columns.ORIGIN : columns.ORIGIN + 3] = gravity, origin
     return found
 
 
@@ -86,12 +87,13 @@ class FluidBody(Pool):
         first = np.cumsum([0, *(len(filling.points) for filling in fillings)]).tolist()
         self.spans = [Span(fluid.name, k, n - k) for fluid, k, n in zip(self.fluids, first, first[1:])]
         spacing, masses = max(filling.spacing for filling in fillings), np.array([filling.mass for filling in fillings])
-        self.constants = np.array([constants(fluid, filling.spacing, spacing) for fluid, filling in fluids])
+        self.gravity = np.asarray(gravity, float)
+        self.points = points = np.concatenate([filling.points for filling in fillings])
+        self.origin = points.mean(axis=0)
+        self.constants = np.array([constants(fluid, filling.spacing, spacing, self.gravity, self.origin) for fluid, filling in fluids])
         self.law = eos_tait if self.constants[0, columns.GAMMA] > 0.0 else eos_acoustic
         self.support, self.sound = self.fluids[0].support, max(fluid.water.sound for fluid in self.fluids)
-        self.gravity = np.asarray(gravity, float)
         self.sorts = 0
-        points = np.concatenate([filling.points for filling in fillings])
         of = np.repeat(np.arange(len(fluids)), np.diff(first))
         self.p = p = FluidParticles(name, points, of, masses, spacing, self.constants)
         self.skin = skin * spacing
@@ -100,12 +102,10 @@ class FluidBody(Pool):
         reach = 2.0 * self.support * spacing * (1.0 + 1e-3) + self.skin
         self.near = Neighbours(f"{name}.lists", p.x, p.n, reach, spacing, np.array([points.min(axis=0), points.max(axis=0)]))
         self.walls = Walls(f"{name}.walls", walls)
-        self.origin = points.mean(axis=0)
-        self.points = points
         self.surroundings: Surroundings | None = None
         cut = bool((self.constants[:, columns.LEAST] > ANY).any())
         riemann = self.fluids[0].dissipation == "riemann"
-        self.pairs = FluidPairs(p, self.near, self.walls, self.support, self.law is eos_tait, cut, riemann, self.gravity, self.origin)
+        self.pairs = FluidPairs(p, self.near, self.walls, self.support, self.law is eos_tait, cut, riemann)
         self.reducer = Reducer(p.n, f"{name}.reduce")
         self.compressed = self.injected = self.fallen_from = self.dt = 0.0
 

@@ -1,7 +1,8 @@
 """Openings too narrow for the particles of a fluid.
 
-A particle is met at D/4 by the rim of a shell, and a layer of one or two particles between two walls hardly moves: of what a sharp edge
-lets out, a slot of 1 D lets out nothing, one of 1.6 D 0.36, of 2 D 0.43 and of 3 D 0.52 (docs/method.md).
+The rim of a shell meets a particle at D/4, and a layer of one or two particles between two walls hardly moves. So a narrow slot passes too
+little. Beside what leaves at a sharp edge, a slot of 1 D passes nothing, one of 1.6 D 0.36, one of 2 D 0.43, one of 3 D 0.52
+(docs/method.md).
 """
 
 from __future__ import annotations

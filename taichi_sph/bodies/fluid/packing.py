@@ -5,8 +5,8 @@ follows
 
     b_i = 1/2 sum_j V_j (T_i + T_j) grad_i W_ij - w_i,      x_i <- x_i - RATE D^2 b_i, by D/20 at most,
 
-the force of a uniform pressure with its sign (as the transport velocity of Adami et al. 2013), T_i and w_i those of
-wetted.py. Below a free level nothing moves along the axis, for there b is not zero.
+where b_i is the force of a uniform pressure with its sign turned (as in the transport velocity of Adami et al. 2013), and T_i and w_i are
+those of wetted.py. Near a free level b_i is never zero, so nothing moves along the axis there.
 """
 
 from collections.abc import Sequence

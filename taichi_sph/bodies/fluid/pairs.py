@@ -9,18 +9,18 @@ With x = x_i - x_j, v = v_i - v_j, G = W'(r) / r < 0, so that grad_i W = G x, an
     h_ij    = phi (D_i + D_j) / 2,   D_i = D_0 (1 + s_i)^(-1/3)                (T 1.27, and 1.28 integrated)
     ds_i/dt = -(1 + s_i) div_i - 2 delta h / (rho_0 c) sum_j V_j G (p_j - p_i + rho_0 g.x)      density diffusion
 
-V_i V_j (p_i + p_j) and not T 1.23's m_i m_j (p_i / rho_i^2 + p_j / rho_j^2), from which it differs by the density's
-variation: it is the transpose of T 1.21, so that pressure does the work that the density stores. Viscosity enters with
-the sign of a pressure (in T 1.26 it has that of -sigma). The diffusion (Molteni and Colagrossi 2009) leaves alone what is
+The weight V_i V_j (p_i + p_j) stands in place of T 1.23's m_i m_j (p_i / rho_i^2 + p_j / rho_j^2), from which it differs by the variation
+of density. With it the force is the transpose of T 1.21, so pressure does the work that the density stores. Viscosity enters with the sign
+of a pressure (in T 1.26 it has that of -sigma). The diffusion (Molteni and Colagrossi 2009) leaves alone what is
 hydrostatic (Fourtakas et al. 2019): water at rest feels none.
 
 The stress between the two states of a Riemann problem is p_i + p_j + rho_0 c u: what acts in a shock. In a flow slower than sound that
 stress would be far above rho_0 u^2, which the flow itself has; with the limiter it is not, and no speed of sound is left in it.
 
-One pass needs the pressure of the neighbours now, which their density rates give in the same pass. So it acts with
-s* = s_n-1 + dt (2 rate_n-1 - rate_n-2), and corrects s_n. For a wave of frequency w this damps amplitudes by
+The pass needs the present pressure of the neighbours, which follows from density rates that the same pass computes. So the pass acts with
+the extrapolated s* = s_n-1 + dt (2 rate_n-1 - rate_n-2), and corrects s_n. For a wave of frequency w this damps amplitudes by
 (w dt)^4 / 2 a step and is stable up to w dt = 0.70, against 2 for two passes; the energy it takes is booked (`lag`).
-The rates are those of the fluid alone: what surfaces do to a density over the step is known when its pressure is needed.
+The extrapolated rates are those of the fluid alone: what surfaces did to a density over the step is known when its pressure is needed.
 
 Fluids of different density meet in the same sums: forces are of volumes, so the pressure is one across their interface (Hu and Adams 2006,
 Grenier et al. 2009). Viscosity across it is the harmonic mean of the two fluids'; density diffuses within one fluid only. Both keep every
@@ -28,8 +28,6 @@ pair symmetric, so that momentum is kept and the energy taken is booked.
 """
 
 from typing import Any
-
-import numpy as np
 
 from ... import runtime
 from ...laws import eos_acoustic, eos_tait
@@ -40,7 +38,6 @@ from . import columns
 from .pool import NARROWEST, WIDEST, FluidParticles
 from .walls import MOST, NONE, RIM, Walls
 
-VECTOR = ti.types.vector(3, ti.f64)
 RECORD = ti.types.vector(columns.COUNT, ti.f64)
 HALF, OF_KERNEL, OF_MU, OF_ALPHA, OF_BETA = range(3, 8)  # of the record that `_act` reads: 1 / 2D_0, 1 / 2h_0, eps^2, viscosity
 
@@ -49,23 +46,18 @@ HALF, OF_KERNEL, OF_MU, OF_ALPHA, OF_BETA = range(3, 8)  # of the record that `_
 class FluidPairs:
     """The pass over a pool `p` (FluidParticles) with lists `near` (Neighbours). `wet`: Surroundings, where there is something to wet."""
 
-    def __init__(
-        self, p: FluidParticles, near: Neighbours, walls: Walls, support: float, tait: bool, cut: bool, riemann: bool, gravity: Any,
-        origin: np.ndarray,
-    ) -> None:  # fmt: skip
-        """support phi = h / D; tait: the law of all; cut: some have a least pressure; riemann: the dissipation of all; origin [m]: pair
-        records are relative to it, which single precision needs."""
+    def __init__(self, p: FluidParticles, near: Neighbours, walls: Walls, support: float, tait: bool, cut: bool, riemann: bool) -> None:
+        """support phi = h / D; tait: the law of all; cut: some have a least pressure; riemann: the dissipation of all."""
         self.p, self.near, self.walls, self.support = p, near, walls, support
         self.wet: Any = None
         self.wets = False
         self.tait, self.cut, self.riemann = tait, cut, riemann
         self.mixes = len(p.masses) > 1
-        self.alone = ti.Vector([*runtime.get(p.constants, 1)[0]], ti.f64)
-        self.gravity, self.origin = ti.Vector([*gravity], ti.f64), ti.Vector([*origin], ti.f64)
+        self.alone = tuple(runtime.get(p.constants, 1)[0].tolist())
 
     def pack(self, dt: float) -> None:
         """Records of the particles at the positions now, dt after the last pass; with the pressure that will act."""
-        _pack(self, self.p.n, self.origin, dt, self.alone)
+        _pack(self, self.p.n, dt, self.alone)
 
     def mark(self) -> None:
         """Who may have a neighbour with a side: after every new list, of particles or of what they wet."""
@@ -75,7 +67,7 @@ class FluidPairs:
         """force, rate, s; books what viscosity, diffusion and lag take."""
         if self.wets:
             _meet(self, self.p.n, dt_before, self.alone)
-        _act(self, self.near.near, self.p.n, self.near.width, self.gravity, self.origin, dt_before, dt, self.alone)
+        _act(self, self.near.near, self.p.n, self.near.width, dt_before, dt, self.alone)
 
     @ti.func
     def constants_of(self, i, alone):
@@ -108,12 +100,12 @@ class FluidPairs:
 
 
 @ti.kernel
-def _pack(t: ti.template(), n: ti.i32, origin: VECTOR, dt: float, alone: RECORD):
+def _pack(t: ti.template(), n: ti.i32, dt: float, alone: RECORD):
     for i in range(n):
         k = t.constants_of(i, alone)
         s = t.p.s[i] + dt * (2.0 * t.p.rate[i] - t.p.rate_before[i])
         size = ti.min(ti.max((1.0 + ti.max(s, -0.9)) ** (-1.0 / 3.0), NARROWEST), WIDEST)
-        x = t.p.x[i] - origin
+        x = t.p.x[i] - vector(k, columns.ORIGIN)  # single precision needs records that are relative to a place in their middle
         v = t.p.v[i]
         for c in ti.static(range(3)):
             t.p.pair[i][c] = ti.cast(x[c], float)
@@ -149,8 +141,10 @@ def _mark(t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32):
 
 
 @ti.func
-def _pair(t: ti.template(), x, v, D, p, D_j, p_j, c, linear, quadratic):
-    """Of one neighbour: what it adds to force (3), div, spread, power, all over V_i, and G V_j; x and v relative to it; c: see `_act`."""
+def _pair(t: ti.template(), a, b, x, v, c, linear, quadratic):
+    """Of one neighbour: what it adds to force (3), div, spread, power, all over V_i, and G V_j. a, b: records of i and j
+    (FluidParticles.pair); x and v are those of i relative to j; c: see `_act`."""
+    D, p, D_j, p_j = a[3], a[7], ti.abs(b[3]), b[7]
     square = x[0] * x[0] + x[1] * x[1] + x[2] * x[2]
     # 1 / (2 h_ij) by its series about D_0: no division, and right to 1e-6 for 6 % of compression
     e = 1.0 - (D + D_j) * c[HALF]
@@ -163,13 +157,12 @@ def _pair(t: ti.template(), x, v, D, p, D_j, p_j, c, linear, quadratic):
 
 
 @ti.func
-def _neighbours(
-    t: ti.template(), near: ti.template(), i, first, x, v, own, D, p, c, found, image, sided: ti.template(), holed: ti.template()
-):
-    """Sums of `_pair` over the list of particle i, at x with velocity v and side `own`: force (3), div, spread, power; c: see `_act`.
+def _neighbours(t: ti.template(), near: ti.template(), i, first, a, own, c, found, image, sided: ti.template(), holed: ti.template()):
+    """Sums of `_pair` over the list of particle i, whose record is a and whose side is `own`: force (3), div, spread, power; c: see `_act`.
 
-    sided: some of them, or i, may have a side (wetted.py). holed: x is an image of i in walls with holes, which is not whole near them. No
-    branch otherwise, so that several neighbours are taken at once."""
+    sided: some of them, or i, may have a side (wetted.py). holed: a is that of an image of i in walls with holes, which is not whole near
+    them. No branch otherwise, so that several neighbours are taken at once."""
+    x, v, D, p = ti.Vector([a[0], a[1], a[2]]), ti.Vector([a[4], a[5], a[6]]), a[3], a[7]
     f0, f1, f2, div, spread, power = D * 0.0, D * 0.0, D * 0.0, D * 0.0, D * 0.0, D * 0.0
     here, cover = ti.Vector([own[0], own[1], own[2]]), D * 0.0
     if ti.static(sided):
@@ -179,7 +172,6 @@ def _neighbours(
         j = near[m]
         b = t.p.pair[j]
         y, w = x - ti.Vector([b[0], b[1], b[2]]), v - ti.Vector([b[4], b[5], b[6]])
-        D_j = ti.abs(b[3])
         whole = D * 0.0 + 1.0
         if ti.static(holed):
             for k in ti.static(range(MOST)):
@@ -202,7 +194,7 @@ def _neighbours(
             there, too = ti.cast(t.p.constants[other][columns.LINEAR], float), ti.cast(t.p.constants[other][columns.QUADRATIC], float)
             linear = ti.select(alike > 0.5, linear, 2.0 * linear * there / ti.max(linear + there, 1e-30))
             quadratic = ti.select(alike > 0.5, quadratic, 2.0 * quadratic * too / ti.max(quadratic + too, 1e-30))
-        one = _pair(t, y, w, D, p, D_j, b[7], c, linear, quadratic)
+        one = _pair(t, a, b, y, w, c, linear, quadratic)
         f0, f1, f2 = f0 + whole * one[0], f1 + whole * one[1], f2 + whole * one[2]
         div, spread, power = div + whole * one[3], spread + within * one[4], power + whole * one[5]
         if ti.static(sided):
@@ -215,10 +207,7 @@ def _neighbours(
 
 @runtime.in_any_order
 @ti.kernel
-def _act(
-    t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32, gravity: VECTOR, origin: VECTOR, dt_before: float, dt: float,
-    alone: RECORD,
-):  # fmt: skip
+def _act(t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32, dt_before: float, dt: float, alone: RECORD):
     for i in range(n):
         a = t.p.pair[i]
         x, v, D, p = ti.Vector([a[0], a[1], a[2]]), ti.Vector([a[4], a[5], a[6]]), ti.abs(a[3]), a[7]
@@ -231,7 +220,8 @@ def _act(
         )
         linear, quadratic, eps2 = ti.cast(k[columns.LINEAR], float), ti.cast(k[columns.QUADRATIC], float), ti.cast(k[columns.EPS2], float)
         diffusion = ti.cast(k[columns.DIFFUSION], float)
-        g = density * ti.cast(gravity, float)
+        gravity = ti.cast(vector(k, columns.GRAVITY), float)
+        g = density * gravity
         # what a pair has to know of the fluid of i: rho_0 g, then HALF to OF_BETA
         c = ti.Vector([g[0], g[1], g[2], 0.5 / spacing, inverse_0, eps2, linear, quadratic])
         first = i * width
@@ -251,20 +241,21 @@ def _act(
             if ti.static(t.walls.n > 0):
                 if not t.walls.shows(found, image, t.p.x[i], 1.0 / inverse_0):
                     continue
-                y, w = t.walls.mirrored(found, image, x, origin), t.walls.turned(found, image, v)
+                y, w = t.walls.mirrored(found, image, x, vector(k, columns.ORIGIN)), t.walls.turned(found, image, v)
                 turned = t.walls.turned(found, image, ti.Vector([own[0], own[1], own[2]]))
                 side = ti.Vector([turned[0], turned[1], turned[2], own[3]])
+            one = ti.Vector([y[0], y[1], y[2], D, w[0], w[1], w[2], p])
             sums = ti.Vector([0, 0, 0, 0, 0, 0], float)
             if ti.static(t.walls.holed):
                 if t.walls.pierced(found, image):
                     whole = False
-                    sums = _neighbours(t, near, i, first, y, w, side, D, p, c, found, image, t.wets, True)
+                    sums = _neighbours(t, near, i, first, one, side, c, found, image, t.wets, True)
             if whole:
                 if ti.static(t.wets):
                     if amid:
-                        sums = _neighbours(t, near, i, first, y, w, side, D, p, c, found, image, True, False)
+                        sums = _neighbours(t, near, i, first, one, side, c, found, image, True, False)
                 if not amid:
-                    sums = _neighbours(t, near, i, first, y, w, side, D, p, c, found, image, False, False)
+                    sums = _neighbours(t, near, i, first, one, side, c, found, image, False, False)
             force = ti.Vector([sums[0], sums[1], sums[2]])
             if ti.static(t.walls.n > 0):
                 force = t.walls.turned(found, image, force)
@@ -290,7 +281,7 @@ def _act(
             wall = 2.0 * approach
             power -= 2.0 * viscous * approach
             t.wet.stress[i] = V * stress
-        t.p.force[i] = V * f + t.p.mass[i] * ti.cast(gravity, float)
+        t.p.force[i] = V * f + t.p.mass[i] * gravity
         before = t.p.s[i]
         mean = 1.0 + before + 0.5 * dt_before * t.p.rate[i]
         spread *= diffusion
@@ -307,6 +298,12 @@ def _act(
         else:
             t.p.rate_before[i] = rate
         t.p.rate[i] = rate
+
+
+@ti.func
+def vector(record, k: ti.template()):
+    """The vector that begins in column k of a record."""
+    return ti.Vector([record[k], record[k + 1], record[k + 2]])
 
 
 @ti.func

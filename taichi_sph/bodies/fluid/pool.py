@@ -25,7 +25,7 @@ class FluidParticles(Pool):
         self.moving: list[Any] = []
         self.components: list[int] = []
         self.column: list[int] = []
-        self.constants = new("constants", len(masses), columns.COUNT, "f64", doc="of each fluid: STIFFNESS to OWN")
+        self.constants = new("constants", len(masses), columns.COUNT, "f64", doc="of each fluid: STIFFNESS to ORIGIN")
         self.body = new("body", n, dtype="i32", keeps=True, doc="number of its fluid in the group", moves=True)
         # f64 always, or a step would be lost in its rounding
         self.x = new("x", n, 3, "f64", unit="m", keeps=True, doc="place", moves=True)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...runtime import ti
 from ..body import Now
-from ..surface import Balls, Surface
+from ..surface import BALL, BODY, FIRST, MOVER, Balls, Surface
 from .fill import CONTACT, PINBALL
 
 
@@ -38,7 +38,7 @@ class FluidSurface(Surface):
         self.group.pushed = True
 
     def look(self, port: Any, places: bool) -> None:
-        _look(port, self.p, self.n, len(self.bodies), self.first.mover, self.first.body, self.first.ball, int(places))
+        _look(port, self.p, self.n, len(self.bodies), self.first, int(places))
 
     def offer(self, port: Any, first: int, last: int, now: Now) -> None:
         times = self.period if now.due(self.group) else 0
@@ -50,20 +50,18 @@ class FluidSurface(Surface):
 
 
 @ti.kernel
-def _look(
-    port: ti.template(), p: ti.template(), n: ti.i32, bodies: ti.i32, mover: ti.i32, body: ti.i32, ball: ti.i32, places: ti.i32
-):  # fmt: skip
+def _look(port: ti.template(), p: ti.template(), n: ti.i32, bodies: ti.i32, first: FIRST, places: ti.i32):
     """The push of the step before is forgotten as well."""
-    for b in range(body, body + bodies):
+    for b in range(first[BODY], first[BODY] + bodies):
         port.speed[b] = 0.0
     for j in range(n):
         p.push[j] *= 0.0
-        speed, b = ti.cast(p.v[j].norm(), ti.f64), body + p.body[j]
-        port.body[mover + j], port.ball_body[ball + j] = b, b  # a place in the pool is not always of the same fluid
+        speed, b = ti.cast(p.v[j].norm(), ti.f64), first[BODY] + p.body[j]
+        port.body[first[MOVER] + j], port.ball_body[first[BALL] + j] = b, b  # a place in the pool is not always of the same fluid
         if speed > port.speed[b]:
             ti.atomic_max(port.speed[b], speed)
         if places == 1:
-            port.ball_x[ball + j] = ti.cast(p.x[j], ti.f64)
+            port.ball_x[first[BALL] + j] = ti.cast(p.x[j], ti.f64)
 
 
 @ti.kernel

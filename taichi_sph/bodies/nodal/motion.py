@@ -1,6 +1,6 @@
 """Kick and drift of nodes (T 2.31 to 2.34): v_n+1/2 = v_n-1/2 + dt_n f_n / m, u_n+1 = u_n + dt v_n+1/2; directors turn alike.
 
-Prescribed velocities replace those of their nodes; what it takes to do so is the work of the reaction.
+Prescribed velocities replace those of their nodes. The work that this takes is the work of the reaction.
 """
 
 from ...runtime import ti

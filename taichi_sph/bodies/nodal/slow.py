@@ -11,8 +11,8 @@ before it and half times the velocity after it. So the ledger has to count the w
 
 the second half from the step after it on. Loads are booked so. What the cells store instead is the trapezoidal work
 1/2 (F_n + F_n+K) . (u_n+K - u_n), which is the same until something pushes the nodes in between. The difference is booked here, as
-"lag", and so is the open half of the last blow, which the cells answer for only when they are due again. With this the ledger closes at
-every step of the clock.
+"lag". The second half of the last blow is open until the cells are due again, and is booked as "lag" too. With this the ledger closes
+at every step of the clock.
 """
 
 from ... import runtime

@@ -1,8 +1,8 @@
 """A rigid body as it is computed: mass, centre, inertia, and the balls by which it is met. NumPy only.
 
-Of a closed surface they follow from the volume: the sum over the tetrahedra of its triangles with one point. The balls stand behind the
-surface and touch it from there, `RADIUS` spacings wide or less where the body is thin, `PITCH` radii apart. Between four of them a flat
-face is lower by 0.13 radii; edges and corners are rounded by a radius.
+For a closed surface, mass, centre and inertia are sums over the tetrahedra that its triangles form with one point. The balls stand behind
+the surface and touch it from there. Their radius is `RADIUS` spacings, less where the body is thin, and they stand `PITCH` radii apart.
+Between four of them a flat face is lower by 0.13 radii. Edges and corners are rounded by one radius.
 """
 
 from __future__ import annotations

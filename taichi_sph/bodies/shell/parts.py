@@ -1,4 +1,4 @@
-"""What of a shell is computed in which form. A shell of elements with a patch is two bodies: its elements, and its particles.
+"""Which part of a shell is computed in which form. A shell of elements with a patch is two bodies: its elements, and its particles.
 
     patch       elements whose middle is in a region of the patch: particles alone
     overlap     elements around them, one wide: elements and particles, whose energies and masses are weighed, 1 - alpha and alpha
@@ -6,8 +6,8 @@
 
 Particles of patch and overlap are the nodes of their elements, divided n x n. In the overlap they stay on the elements, so that both bodies
 have the same linear fields. alpha is 0 on the border of the particles, 1 on that of the elements, and in between as the patch says
-("half": 1/2 everywhere between). It belongs to points of stress: to the four or one of an element, and to the cell of particles as a
-mean. NumPy only.
+("half": 1/2 everywhere between). Each point of stress has its alpha: each of
+the four points of an element, or its only one; a cell of particles has the mean over the cell. NumPy only.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ import numpy as np
 from ...runtime import ti
 from ..body import Now, Span
 from ..nodal.loads import history
-from ..surface import Discs, Faces, Surface
+from ..surface import BODY, DISC, FACE, FIRST, THIN, Discs, Faces, Surface
 from .surface import place
 
 
@@ -34,11 +34,9 @@ class ShellSurface(Surface):
         return span.first + np.asarray(near), np.zeros(3)
 
     def look(self, port: Any, places: bool) -> None:
-        first = self.first
-        thin = int(port.thin)
-        _look(port, self.nodes, self.cells, self.n, len(self.bodies), first.body, first.disc, first.thin, int(places), thin)
-        if thin and places:
-            _look_faces(port, self.cells, self.cells.n, len(self.bodies), first.body, first.face)
+        _look(port, self.nodes, self.cells, self.n, len(self.bodies), self.first, int(places), int(port.thin))
+        if port.thin and places:
+            _look_faces(port, self.cells, self.cells.n, len(self.bodies), self.first)
 
     def offer(self, port: Any, first: int, last: int, now: Now) -> None:
         _offer(port, self.nodes, self.loads, first, last, self.first.mover, now.kick, now.half_time)
@@ -49,18 +47,17 @@ class ShellSurface(Surface):
 
 @ti.kernel
 def _look(
-    port: ti.template(), nodes: ti.template(), cells: ti.template(), n: ti.i32, bodies: ti.i32, body: ti.i32, disc: ti.i32, thin: ti.i32,
-    places: ti.i32, balls: ti.i32,
-):  # fmt: skip
+    port: ti.template(), nodes: ti.template(), cells: ti.template(), n: ti.i32, bodies: ti.i32, first: FIRST, places: ti.i32, balls: ti.i32
+):
     """A sound node's disc reaches half way to the farthest corner of its cells, so that the discs cover the surface
     without a hole; at a lip or border half way to the next node, so that an opening is as wide as it is (T 3.19). A
     node without a live cell, a fragment, keeps the disc it had: a flake that flies and turns on."""
-    for b in range(body, body + bodies):
+    for b in range(first[BODY], first[BODY] + bodies):
         port.speed[b] = 0.0
         if places == 1 and port.due[b] == 1:
             port.largest[b] = 0.0
     for i in range(n):
-        d = disc + i
+        d = first[DISC] + i
         b = port.disc_body[d]
         speed = ti.cast(nodes.v[i].norm(), ti.f64)
         if speed > port.speed[b]:
@@ -69,7 +66,7 @@ def _look(
             x = place(nodes, i)
             port.disc_x[d], port.disc_n[d] = x, ti.cast(nodes.N[i] + nodes.d[i], ti.f64)
             if balls == 1:
-                port.ball_x[thin + i] = x
+                port.ball_x[first[THIN] + i] = x
             if port.due[b] == 1:
                 near, far = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
                 alive = 0
@@ -101,12 +98,12 @@ def _look(
 
 
 @ti.kernel
-def _look_faces(port: ti.template(), cells: ti.template(), n: ti.i32, bodies: ti.i32, body: ti.i32, face: ti.i32):
+def _look_faces(port: ti.template(), cells: ti.template(), n: ti.i32, bodies: ti.i32, first: FIRST):
     """After `_look`, which has put the discs where their nodes are."""
-    for b in range(body, body + bodies):
+    for b in range(first[BODY], first[BODY] + bodies):
         port.widest_face[b] = 0.0
     for s in range(n):
-        corners = port.face_disc[face + s]
+        corners = port.face_disc[first[FACE] + s]
         b = port.disc_body[corners[0]]
         sides = ti.select(corners[3] < 0, 3, 4)
         x = ti.Vector([0.0, 0.0, 0.0], ti.f64)
@@ -118,7 +115,7 @@ def _look_faces(port: ti.template(), cells: ti.template(), n: ti.i32, bodies: ti
                 reach = ti.max(reach, (port.disc_x[corners[k]] - x).norm())
             if reach > port.widest_face[b]:
                 ti.atomic_max(port.widest_face[b], reach)
-        port.face_x[face + s], port.face_reach[face + s] = x, reach
+        port.face_x[first[FACE] + s], port.face_reach[first[FACE] + s] = x, reach
 
 
 @ti.kernel

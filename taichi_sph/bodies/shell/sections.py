@@ -1,4 +1,4 @@
-"""Of what the cells of a shell are made: thickness and material of each. NumPy only, so that a plan knows them as well as a run."""
+"""The thickness and the material of each cell of a shell. NumPy only, so that a plan knows them as well as a run."""
 
 from __future__ import annotations
 

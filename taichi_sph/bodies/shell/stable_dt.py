@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ... import runtime
+from ...numerics.lanczos import inner, length
 from ...numerics.reduce import BLOCK
 from ...pool import Pool
 from ...runtime import ti
@@ -199,7 +200,7 @@ class _Arnoldi:
 
     def __init__(self, iterations: int, c: int, n: int, start: np.ndarray | None):
         q = np.random.default_rng(0).standard_normal((n, c)) if start is None else start
-        self.basis = [q / np.linalg.norm(q)]
+        self.basis = [q / length(q)]
         self.H = np.zeros((iterations + 1, iterations))
         self.k, self.last, self.done = 0, iterations - 1, False
 
@@ -209,9 +210,9 @@ class _Arnoldi:
             return
         H, k = self.H, self.k
         for i, b in enumerate(self.basis):
-            H[i, k] = np.vdot(b, w)
+            H[i, k] = inner(b, w)
             w = w - H[i, k] * b
-        H[k + 1, k] = np.linalg.norm(w)
+        H[k + 1, k] = length(w)
         self.done = bool(H[k + 1, k] < 1e-12 * abs(H[0, 0])) or k == self.last
         if not self.done:
             self.basis.append(w / H[k + 1, k])

@@ -130,15 +130,16 @@ def answer(cells: ti.template(), material: ti.template(), s, g: ti.template(), d
 
 
 @ti.func
-def resultants(cells: ti.template(), material: ti.template(), s, u1, u2, d1, d2, d, dt, intact, tally):
-    """n^1, n^2, m^1, m^2 [N/m, N], q [N/m] of cell s from the gradients of u and d and the mean of d.
+def resultants(cells: ti.template(), material: ti.template(), s, slopes: ti.template(), dt, intact, tally):
+    """n^1, n^2, m^1, m^2 [N/m, N], q [N/m] of cell s from its slopes (u_,1, u_,2, d_,1, d_,2, d).
 
     Advances damage over dt. intact = 1 leaves damage out (for the spectrum); a cell that reaches D_c is put on
     the list `new`. tally = 0 renews strain and damage without charging the ledger (after a rupture has changed
-    the links). Where there is history a mere look, dt = 0, writes none of it. A shell that stays in its plane ignores d1, d2, d and
-    returns zeros for m and q.
+    the links). Where there is history a mere look, dt = 0, writes none of it. A shell that stays in its plane ignores those of d
+    and returns zeros for m and q.
     """
     a1, a2 = cells.a1[s], cells.a2[s]
+    u1, u2, d1, d2, d = ti.static(slopes)
     x1, x2 = a1 + u1, a2 + u2
     g = cells.strain[s] * 0.0
     g[0] = a1.dot(u1) + 0.5 * u1.dot(u1)

@@ -1,7 +1,8 @@
 """Shape functions of the elements on a mesh: slopes, tied shears and what one point leaves out, for all cells at once. NumPy only.
 
 A cell has the corners 0 to 3 of the square -1 <= r, s <= 1, or 0 to 2 of the triangle 0 <= r, s, r + s <= 1. Side k leads from corner k to
-the next one. A triangle has its first corner once more in place of the fourth, so that both are handled alike: what belongs there is zero.
+the next one. In a triangle the first corner stands in place of the fourth as well, and all coefficients of the fourth are zero. So the same
+loops serve both shapes.
 
 The transverse shear along a side, from its ends' positions x and directors n, is
 

@@ -1,15 +1,15 @@
-"""How a cell hands what it bears, pressure and mass, to its sides. NumPy only.
+"""How a cell shares its pressure and its mass among its sides. NumPy only.
 
-Both go to the nodes as forces do, by the edge means: a node gets sum_e Phi_ei sum_s b_se A_s, b: shares of the sides. So an even pressure
-accelerates a free plate evenly, whatever the shares are, where masses and pressures have the same ones. A curved shell asks for more: what
-its membrane pulls back with must come with these weights too. An even hoop force of a cylinder acts on the sides that cross the rim, and on
-no others. Across a rim no membrane force acts. So there the crossing sides bear all:
+Pressure and mass go to the nodes as forces do, by the edge means: a node gets sum_e Phi_ei sum_s b_se A_s, where b are the shares of the
+sides. Masses and pressures have the same shares. So an even pressure accelerates a free plate evenly, whatever the shares are. On a curved
+shell the pull of the membrane has to reach the nodes with the same weights as well. An even hoop force of a cylinder acts on the sides that
+cross the rim, and on no others, for across a rim no membrane force acts. So near a rim the crossing sides bear all:
 
     b = w                              far from the rim: area of the triangle of the side with the centroid
     b = w - l (1, -1, 1, -1)           in the two rows of cells along a rim, l such that the sides along it bear nothing together
 
-The middles of the sides of a quadrangle form a parallelogram, so the second one leaves the place where the force acts, the centroid.
-Farther than two rows from a rim both give the same nodal weights on a lattice. A triangle has no such freedom, and the cell at a corner is
+The middles of the sides of a quadrangle form a parallelogram, so with the second formula too the force acts at the centroid. Farther than
+two rows from a rim both formulas give the same nodal weights on a lattice. A triangle has no such freedom, and the cell at a corner is
 left alone.
 """
 

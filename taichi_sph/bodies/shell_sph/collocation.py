@@ -178,7 +178,7 @@ def _stress(term: ti.template(), s, dt, intact, tally):
         r = term.root[s]
         u1, u2 = r[0] * u1 + r[1] * u2, r[1] * u1 + r[2] * u2
         d1, d2 = r[0] * d1 + r[1] * d2, r[1] * d1 + r[2] * d2
-    n1, n2, m1, m2, q = resultants(term.cells, term.material, s, u1, u2, d1, d2, d, dt, intact, tally)
+    n1, n2, m1, m2, q = resultants(term.cells, term.material, s, (u1, u2, d1, d2, d), dt, intact, tally)
     if ti.static(term.selects):
         kept = 1.0
         if intact == 0:

@@ -378,7 +378,7 @@ def _cell(term: ti.template(), s, dt, intact, tally):
             d1 += g[0] * turn
             d2 += g[1] * turn
             d += term.share[4 * s + k] * turn
-    n1, n2, m1, m2, q = resultants(term.cells, term.material, s, u1, u2, d1, d2, d, dt, intact, tally)
+    n1, n2, m1, m2, q = resultants(term.cells, term.material, s, (u1, u2, d1, d2, d), dt, intact, tally)
     area = term.cells.area[s]
     for k in range(n):
         g = area * term.side[4 * s + k]

@@ -1,7 +1,7 @@
 """Slits of zero width: nodes in one place, each with its own cells. What lies across a slit is hidden from the start. NumPy only.
 
-A lip is an edge of one cell whose ends stand where those of another such edge do. A place on a lip is looked from a little inside of its
-own cells, so that each of two nodes in one place has its side.
+A lip is an edge of one cell whose two ends coincide with those of another such edge. Lines of sight start a little inside the cells of a
+node, and not at the node itself: two nodes in one place then look from the two sides of the slit.
 """
 
 from __future__ import annotations

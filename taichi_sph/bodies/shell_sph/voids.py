@@ -1,6 +1,6 @@
 """Links over a void: a chord that leaves the body across a hole, a notch or a gap. NumPy only.
 
-The way of such a link is along the body: to the rim, along the rim, and on. A link goes
+The way of such a link leads through the body: to the rim, along the rim, and on. A link is cut
 
     at the start      where its way is longer than DETOUR chords (or there is none): the two sides of a notch, two pieces
     during a run      when a cell breaks that the rim passes between its ends: a crack that ends on a concave edge parts its lips
@@ -8,8 +8,8 @@ The way of such a link is along the body: to the rim, along the rim, and on. A l
 A round hole keeps all links whose chord is short of its diameter, a square corner keeps its own, and a notch sharper than 84 degrees is
 two lips. The links are found once, with the cells that each leans on (`links.Links.lean`); a rupture then reads a list.
 
-A place is looked from a little inside of its own cells, so that a chord along a straight border stays in the body. Chords and rims meet
-in the tangent plane of the row.
+A chord starts a little inside the cells of its end, and not at the end itself. So a chord along a straight border stays in the body. Chords
+and rims are compared in the tangent plane of the row.
 """
 
 from __future__ import annotations

@@ -15,9 +15,9 @@ from ...pool import Pool
 from ...runtime import ti
 from ..body import Now, Span
 from ..nodal.loads import history
-from ..surface import Discs, Surface
+from ..surface import BODY, DISC, FIRST, MOVER, THIN, Discs, Surface
 
-THIN = 0.2  # half the thickness of a disc over the shortest edge about its node in the reference
+SLIM = 0.2  # half the thickness of a disc over the shortest edge about its node in the reference
 FLAT = 0.9  # cosine between the normal of a node and that of its faces: below it the node is on an edge
 SHARP = 0.4  # of that cosine: what lies deeper than the ball of such an edge is left to its neighbours
 
@@ -57,7 +57,7 @@ class Skin(Pool):
             np.minimum.at(size, one, length)
             np.minimum.at(size, other, length)
         self.shortest = float(size.min())
-        self.halves = THIN * size[self.numbers]
+        self.halves = SLIM * size[self.numbers]
         runtime.put(self.half, self.halves)
 
 
@@ -71,7 +71,7 @@ class SolidSurface(Surface):
         self.bounce = [None] * len(self.bodies)
         body = np.repeat(np.arange(len(self.bodies)), [span.n for span in self.bodies])[self.skin.numbers]
         still = np.zeros(self.n, np.int32)
-        self.discs = Discs(body, self.skin.halves, (1.0 / THIN - 1.0) * self.skin.halves, still, group.mesh.points[self.skin.numbers])
+        self.discs = Discs(body, self.skin.halves, (1.0 / SLIM - 1.0) * self.skin.halves, still, group.mesh.points[self.skin.numbers])
 
     @property
     def renumbered(self) -> bool:
@@ -85,25 +85,11 @@ class SolidSurface(Surface):
         return own[[int(np.argmin(away))]] if radius is None else own[away <= radius], np.zeros(3)
 
     def look(self, port: Any, places: bool) -> None:
-        first = self.first
-        _look(
-            port,
-            self.skin,
-            self.nodes,
-            self.cells,
-            self.n,
-            len(self.bodies),
-            first.body,
-            first.disc,
-            first.thin,
-            int(places),
-            int(port.thin),
-        )
+        _look(port, self, self.n, len(self.bodies), self.first, int(places), int(port.thin))
 
     def offer(self, port: Any, first: int, last: int, now: Now) -> None:
         shaped = hasattr(port, "disc_radius")  # contact looks at discs, springs do not
-        at = self.first
-        _offer(port, self.skin, self.nodes, self.cells, self.loads, first, last, at.mover, at.disc, now.kick, now.half_time, shaped)
+        _offer(port, self, first, last, self.first, now.kick, now.half_time, shaped)
 
     def take(self, port: Any, first: int, last: int, now: Now) -> None:
         _take(port, self.skin, self.nodes, first, last, self.first.mover, 1.0 / now.kick)
@@ -169,25 +155,22 @@ def _normal(skin: ti.template(), nodes: ti.template(), cells: ti.template(), f):
 
 
 @ti.kernel
-def _look(
-    port: ti.template(), skin: ti.template(), nodes: ti.template(), cells: ti.template(), n: ti.i32, bodies: ti.i32, body: ti.i32,
-    disc: ti.i32, thin: ti.i32, places: ti.i32, balls: ti.i32,
-):  # fmt: skip
-    for b in range(body, body + bodies):
+def _look(port: ti.template(), of: ti.template(), n: ti.i32, bodies: ti.i32, at: FIRST, places: ti.i32, balls: ti.i32):
+    for b in range(at[BODY], at[BODY] + bodies):
         port.speed[b] = 0.0
         if places == 1 and port.due[b] == 1:
             port.largest[b] = 0.0
     for k in range(n):
-        d = disc + k
+        d = at[DISC] + k
         b = port.disc_body[d]
-        speed = ti.cast(nodes.v[skin.node[k]].norm(), ti.f64)
+        speed = ti.cast(of.nodes.v[of.skin.node[k]].norm(), ti.f64)
         if speed > port.speed[b]:
             ti.atomic_max(port.speed[b], speed)
         if places == 1:
-            x, normal, radius = _disc(skin, nodes, cells, k)
+            x, normal, radius = _disc(of.skin, of.nodes, of.cells, k)
             port.disc_x[d], port.disc_n[d] = x, normal
             if balls == 1:
-                port.ball_x[thin + k] = x
+                port.ball_x[at[THIN] + k] = x
             if port.due[b] == 1:
                 port.disc_sound[d], port.disc_radius[d] = ti.select(radius > 0.0, 1, 0), radius
                 if radius > port.largest[b]:
@@ -196,15 +179,15 @@ def _look(
 
 @ti.kernel
 def _offer(
-    port: ti.template(), skin: ti.template(), nodes: ti.template(), cells: ti.template(), loads: ti.template(), first: ti.i32,
-    last: ti.i32, base: ti.i32, disc: ti.i32, kick: ti.f64, half_time: ti.f64, shaped: ti.template(),
-):  # fmt: skip
+    port: ti.template(), of: ti.template(), first: ti.i32, last: ti.i32, at: FIRST, kick: ti.f64, half_time: ti.f64, shaped: ti.template()
+):
+    nodes, loads = ti.static(of.nodes, of.loads)
     for m in range(first, last):
-        k = port.who[m] - base
-        i = skin.node[k]
-        x, normal, radius = _disc(skin, nodes, cells, k)
+        k = port.who[m] - at[MOVER]
+        i = of.skin.node[k]
+        x, normal, radius = _disc(of.skin, nodes, of.cells, k)
         if ti.static(shaped):
-            port.disc_radius[disc + k] = radius
+            port.disc_radius[at[DISC] + k] = radius
         port.x[m], port.director[m] = x, normal
         port.before[m] = ti.cast(nodes.v[i], ti.f64)
         force = nodes.force[i]

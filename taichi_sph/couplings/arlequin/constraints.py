@@ -9,8 +9,8 @@ particles, so its gradient stands on their sides e, of length L and normal n fro
     C_P[la, j] = sum_e N_l(x_e) (b_e . t_la) Phi_ej       Phi: the edge means of the galerkin form
 
 With l a node of the elements of the overlap and t_la the principal directions of the b_e around it: one on a straight run, two at a corner.
-sum_e b_e . s Phi_e is minus the force that the particles make of s, on any nodes, and so is the other side: uniform tensions are met to
-rounding (patch test) with any weight that is 1/2, or linear on a straight strip.
+sum_e b_e . s Phi_e is minus the force that the particles make of a uniform tension s, wherever their nodes are, and the elements' side is
+minus theirs. So uniform tensions pass to rounding (patch test) where the weight is 1/2, or linear on a straight strip.
 
 **On the volume**, as T 4.29 and 4.30 have it: rows l, int N_l (v_E - v_P), from the Gauss points of the elements and moving least squares
 of first order over r_g.

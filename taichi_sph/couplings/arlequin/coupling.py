@@ -1,8 +1,8 @@
 """Arlequin as a coupling of the world: elements and particles of one shell, tied where they overlap.
 
-Damage is watched. An element is never torn, and where particles of the overlap break the elements under them hold on: neither is what
-the shell does, so the run stops where D_r reaches D_c in an element, or a particle of the overlap breaks. A crack inside changes the edge
-means of the sides near it. Where it comes near those with a jump of the weight, the constraints are made anew.
+Damage is watched. Elements do not tear, and where particles of the overlap break, the elements under them would hold on. A real shell
+tears there. So the run stops where D_r reaches D_c in an element, or where a particle of the overlap breaks. A crack among the particles
+changes the edge means of the sides near it. Where the crack comes near sides with a jump of the weight, the constraints are made anew.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What ties elements and particles of a shell is said of the shell (bodies/shell/said.py: Patch)."""
+"""The user says nothing here: what ties elements and particles of a shell belongs to the shell (bodies/shell/said.py: Patch)."""
 
 from __future__ import annotations
 

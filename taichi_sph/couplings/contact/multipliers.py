@@ -4,17 +4,18 @@ For each pair of pinballs, with v* the velocities at n+1/2 if there were no cont
 
     c (v* + M^-1 c^T p) >= -<gap>_+ / dt,     p >= 0,     p = 0 where the left side is above the right one
 
-Where p > 0 this reads b p = w, with b = c M^-1 c^T (T 3.15, 3.16). Where bodies part by themselves there is no force: this is the
-rebound of T 3.18. T decides on the rebound first; here the solver finds it with the forces. The gap on the right lets a pair come to touch
-and no further. Penetration therefore stays at the order of what the normals turn in a step. Between two bodies with a restitution the right
-side is Newton's rebound speed. Impulses are equal and opposite on each pair, so linear momentum is kept to rounding.
+Where p > 0 this reads b p = w, with b = c M^-1 c^T (T 3.15, 3.16). Where bodies part by themselves there is no force: this is the rebound
+of T 3.18. T decides which pairs rebound before it solves; here the solver finds these pairs together with the forces. The gap on the right
+lets a pair come to touch and no further. Penetration therefore stays at the order of what the normals turn in a step. Between two bodies
+with a restitution the right side is Newton's rebound speed. Impulses are equal and opposite on each pair, so linear momentum is kept to
+rounding.
 
 Two bodies that rub (mu > 0) have an impulse q along the contact as well. With s the velocity there at n+1/2,
 
     |q| <= mu p,     q = -mu p s/|s| where s is not 0
 
-Coulomb's law as it is: the ball that slides is not lifted, as it is where p, q is projected on a cone. In an iteration q follows its own
-gradient and is brought back to the disc of radius mu p, p being that of the same iteration.
+This is Coulomb's law itself. A ball that slides is not lifted; the usual projection of (p, q) on a cone would lift it. In an iteration q
+follows its own gradient and is brought back to the disc of radius mu p, with the p of the same iteration.
 
 Solved by accelerated projected gradients (Nesterov; Mazhar et al. 2015), each pair scaled by the inverse masses that
 it would see if every mover were split among its pairs (Tonge et al. 2012): that scaling bounds b from above for any set of

@@ -16,11 +16,11 @@ share it and no moment is left out. Discs would not do: they are flat, reach ove
 wider than they are, and folds of a crushed tube would lie farther apart than the sheet is thick. Two sides of shells that cross between
 their nodes do not see each other.
 
-Which loop finds a pair follows from the numbers: few balls are tried against everything, many balls against many discs by a grid.
+The search follows the numbers: few balls are tried against everything, many balls against many discs by a grid.
 Candidates are counted and written by their owners in order: the list is the same for any number of threads.
 
-Bodies that pairs link are one part (`root`: the smallest body number in it). The pairs of a part are searched when that part has moved,
-with its own distance. Each part counts its own way and has its own grid. So no bit of a part depends on another part.
+Bodies that pairs link are one part (`root`: the smallest body number in it). Each part counts how far it has moved, has its own grid, and
+searches its pairs anew when it has moved far enough. So no bit of a part depends on another part.
 """
 
 from collections.abc import Callable

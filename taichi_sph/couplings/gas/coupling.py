@@ -2,7 +2,7 @@
 
     p = p_0 (V_0 / V)^k        f_i = (p - p_out) a_i        V = 1/3 sum x_i . a_i - V_water
 
-a_i is the vector area of node i, as water sees it (bodies/wettable.py). The gas does the work that it stores less of,
+a_i is the vector area of node i, as water sees it (bodies/wettable.py). The work of the gas is taken from its energy,
 
     U = p_0 V_0 / (k - 1) ((V_0 / V)^(k-1) - 1) + p_out (V - V_0)        (k = 1: p_0 V_0 ln(V_0 / V) + ...)
 

@@ -7,8 +7,8 @@ With l the distance of the two points, n the direction from the first to the sec
 
 A point of a shell is the mean of the nodes that the spring holds; each of them bears the same part. A point of a rigid body turns with it.
 
-Energy: T^2 / 2k is stored (preload l where k = 0), so that a spring that hangs loose stores nothing. What F does beyond T is damping; its
-work is trapezoidal over the way of l, like that of all forces (world/step.py).
+Energy: the spring stores T^2 / 2k (preload l where k = 0), so a spring that hangs loose stores nothing. F - T is the damping. Its work is
+trapezoidal over the change of l, like that of all forces (world/step.py).
 
 The longest step. Let an end have the mobility a = sum over its movers of (1/m + r^2 / I) / N^2, r the arm and I the least moment of a body
 that turns, N their number. A spring alone swings with omega^2 = k (a_1 + a_2). With springs together, from (x - y)^2 <= (1 + a_2/a_1) x^2 +

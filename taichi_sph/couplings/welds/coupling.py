@@ -4,9 +4,9 @@ With v*_i the velocities to come without the weld, those of a seam become
 
     v = sum m_i v*_i / sum m_i        J_i = m_i (v - v*_i)
 
-component by component; a component that is prescribed on one of them is that of all. The impulses add up to nothing and do no work, but
-where one is prescribed: what its support does through the weld is booked. Nodes that stand in one place at the start stay in one place, to
-rounding.
+component by component. A component that is prescribed on one of the nodes holds for all of them. The impulses J_i add up to nothing and do
+no work, unless a component is prescribed: then the support works through the weld, and this work is booked. Nodes that stand in one place
+at the start stay in one place, to rounding.
 """
 
 from collections.abc import Sequence

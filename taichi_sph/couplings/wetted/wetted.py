@@ -21,8 +21,8 @@ gamma_i is the part of the kernel that lies in the fluid. Without T half of the 
 missing, and such a flow would press its own layer together.
 
 Force and divergence are each other's transpose. So pressure does exactly the work on particle and surface that the density stores, and a
-blow loses nothing, as it does between pinballs. In a fluid at one pressure the layers at D/2, 3D/2 ... bear the wall with 0.995 p
-(h/D = 1.165).
+blow loses no energy. (Blows between pinballs do lose some.) In a fluid at one pressure the layers at D/2, 3D/2 ... bear the wall with 0.995
+p (h/D = 1.165).
 
 A thin point acts on the side where the particle is, half a thickness off its middle. Its action fades out over the last D/10 before its
 middle plane, so that a particle in a hole feels the rim evenly. A shell's points are its nodes with the area of their sound cells as they

@@ -47,11 +47,15 @@ def gap(run: RunFolder, shell: str, fluid: str, spacing: float) -> tuple[float, 
 def too_narrow(run: RunFolder, show: Callable[[float, str], str]) -> list[str]:
     """A sentence for each opening that there is at the end and that water can hardly pass."""
     found = []
+    vessels = {fluid.name: getattr(fluid.fill, "shell", None) for fluid in run.scene.fluids}
     for fluid in run.scene.fluids:
         spacing = run.scene.numerics_of(fluid).spacing
+        own = vessels[fluid.name]
         for shell in run.scene.shells:
             if shell.name not in run.bodies() or not run.scene.met(shell.name, fluid.name).meet:
                 continue
+            if own is not None and shell.name != own and shell.name in vessels.values():
+                continue  # the tank of another fluid
             width = torn(run, shell.name)
             if SHUT * spacing < width < FLOWS * spacing:
                 found.append(narrow(f"the widest opening in '{shell.name}'", width, fluid.name, spacing, show))
