@@ -8,7 +8,23 @@ import pytest
 from taichi_sph import runtime
 from taichi_sph.errors import SceneError
 from taichi_sph.run.plan import plan
-from taichi_sph.scene import Brick, InitialVelocity, Material, Numerics, Pinball, Plate, Pulse, Rigid, Scene, Shell, Solid, Weld, checked
+from taichi_sph.scene import (
+    Brick,
+    InitialVelocity,
+    Material,
+    Meeting,
+    Numerics,
+    Perfect,
+    Pinball,
+    Plate,
+    Pulse,
+    Rigid,
+    Scene,
+    Shell,
+    Solid,
+    Weld,
+    checked,
+)
 
 from ..shells import STEEL, start
 
@@ -59,6 +75,38 @@ def test_a_rib_stiffens_its_plate(spacing, within):
     seam = [now[body.nodes.rows][np.abs(X[body.nodes.rows] - [0, 0.5 * W, 0])[:, 1:].max(axis=1) < 1e-9] for body in sim.shell.shells]
     assert len(seam[0]) == round(L / spacing) + 1 and np.abs(seam[0] - seam[1]).max() < 1e-11
     assert abs(sim.energies()["closed_residual_percent"]) < 0.01
+
+
+@pytest.mark.long
+def test_a_seam_of_shells_of_two_laws_adds_up_in_their_order():
+    """Two groups: places on the list of a seam rise, whatever the addresses of the groups; momentum stays and the seam moves as one."""
+    other = Shell(
+        name="keel", surface=Plate(length=L, width=H, origin=(0, 0.5 * W, -H), normal=(0, -1, 0), along=(1, 0, 0)), thickness=E,
+        material=Material(**STEEL | {"poisson": 0.0, "strength": Perfect(yield_stress=1e10)}), motion="free",
+    )  # fmt: skip
+    welds = [Weld(between=("keel", "plate")), Weld(between=("plate", "rib"))]
+    apart = [Meeting(between=("keel", "rib"), meet=False)]
+    sim = start(
+        tee(shells=[PLATE, RIB, other], welds=welds, meetings=apart, initial=[InitialVelocity(body="keel", velocity=(1.0, 2.0, 3.0))])
+    )
+    welded = next(c for c in sim.couplings if hasattr(c, "seams"))
+    first = runtime.get(welded.seams.start, welded.seams.n + 1)
+    place = runtime.get(welded.seams.place, first[-1])
+    assert len(welded.surfaces) == 2 and (np.diff(first) == 3).all()
+    assert all((np.diff(place[a:b]) > 0).all() for a, b in zip(first, first[1:]))
+    nodes = [group.nodes for group in sim.groups]
+    mass, before = ([runtime.get(getattr(one, name), one.n).astype(float) for one in nodes] for name in ("mass", "v"))
+    sim.advance(5)
+    after = [runtime.get(one.v, one.n).astype(float) for one in nodes]
+    assert sum(m @ v for m, v in zip(mass, after)) == pytest.approx(sum(m @ v for m, v in zip(mass, before)), rel=1e-9)
+    v = np.concatenate([values[runtime.get(welded.ends.who, welded.ends.n)[a:b]] for values, a, b in _parts(sim, welded, after)])
+    assert all(np.ptp(v[place[a:b]], axis=0).max() < 1e-12 for a, b in zip(first, first[1:]))
+
+
+def _parts(sim, welded, values):
+    """Values of the nodes of each surface with where its places begin and end."""
+    of = {id(group): value for group, value in zip(sim.groups, values)}
+    return [(of[id(s.group)], a, b) for s, a, b in zip(welded.surfaces, welded.bounds, welded.bounds[1:])]
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,8 @@ however the cell is warped, and the same whichever corner is named first.
 
 from ...runtime import ti
 
+TINY = 1e-300  # m2: two corners in one place are a side without a length
+
 
 @ti.func
 def in_triangle(a, b, c, x):
@@ -21,13 +23,13 @@ def in_triangle(a, b, c, x):
     elif d6 >= 0.0 and d5 <= d6:
         s = ti.Vector([0.0, 0.0, 1.0], ti.f64)
     elif of_c <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
-        t = d1 / (d1 - d3)
+        t = d1 / ti.max(d1 - d3, TINY)
         s = ti.Vector([1.0 - t, t, 0.0])
     elif of_b <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
-        t = d2 / (d2 - d6)
+        t = d2 / ti.max(d2 - d6, TINY)
         s = ti.Vector([1.0 - t, 0.0, t])
     elif of_a <= 0.0 and d4 >= d3 and d5 >= d6:
-        t = (d4 - d3) / ((d4 - d3) + (d5 - d6))
+        t = (d4 - d3) / ti.max((d4 - d3) + (d5 - d6), TINY)
         s = ti.Vector([0.0, 1.0 - t, t])
     else:
         s = ti.Vector([of_a, of_b, of_c]) / (of_a + of_b + of_c)

@@ -6,8 +6,10 @@ a_i is the vector area of node i, as water sees it (bodies/wettable.py). The wor
 
     U = p_0 V_0 / (k - 1) ((V_0 / V)^(k-1) - 1) + p_out (V - V_0)        (k = 1: p_0 V_0 ln(V_0 / V) + ...)
 
-so the ledger shows what the areas are worth. Uniform pressure moves no water: the water in the shell keeps its volume, and its own pressure
-is that above the gas. Waves in the gas are left out: they cross it while the shell hardly moves.
+so the ledger shows what the areas are worth. All nodes move the one volume: a gas is one spring on them,
+of omega2 = k p / V sum |a_i|2 / m_i.
+Uniform pressure moves no water: the water in the shell keeps its volume, and its own pressure is that above the gas. Waves in the gas are
+left out: they cross it while the shell hardly moves.
 """
 
 import math
@@ -39,7 +41,7 @@ class InnerGas(Coupling, Pool):
 
     def __init__(self, scene: Any, groups: Sequence[Group], gas: Gas, name: str):
         Pool.__init__(self, name)
-        self.gas = gas
+        self.gas, self.safety = gas, scene.numerics.time_step_safety
         group, _ = holding(groups, gas.body or "")
         self.group = group
         (self.surface,) = group.wettables(f"{name}.surface", 0.0, lambda body: body == gas.body)
@@ -71,6 +73,14 @@ class InnerGas(Coupling, Pool):
         self.volume = self._now()
         _push(self.points, self.points.n, self.pressure - self.gas.outside)
         self.surface.bear(self.points, 0, self.group.every)
+
+    def longest_step(self) -> dict[str, float]:
+        """Of that spring now, |a_i| / m_i being at most one over the least mass per area; central differences [s]."""
+        if not math.isfinite(self.surface.lightest):
+            return {}
+        area = float(np.linalg.norm(runtime.get(self.points.record, self.points.n)[:, 3:6], axis=1).sum())
+        frequency = math.sqrt(self.gas.exponent * self.pressure * area / (self.volume * self.surface.lightest))
+        return {"gas": self.safety * 2.0 / frequency / self.group.every}
 
     def entries(self) -> Entries:
         gas, ratio = self.gas, self.first / max(self.volume, 1e-9 * self.first)
