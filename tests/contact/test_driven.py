@@ -20,6 +20,7 @@ def closed(sim) -> float:
     return abs(sim.energies()["closed_residual_percent"])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("e", [0.0, 1.0])
 def test_a_ball_leaves_a_platen_as_newton_says(e):
     """A wall that moves at 3 m/s: the ball that waits for it leaves at 3 (1 + e); what that takes is the work of the drive."""

@@ -176,6 +176,7 @@ def test_the_number_of_threads_changes_nothing():
     threads_change_nothing(lambda threads: rubbing_plates(threads=threads), 80)
 
 
+@pytest.mark.long
 def test_scenes_without_friction_have_no_entry_for_it():
     sim = on_floor(block(velocity=(1.0, 0, 0)), 0.0, duration=0.05)
     sim.advance_to(0.05)

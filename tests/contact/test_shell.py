@@ -69,6 +69,7 @@ def test_a_light_plate_struck_flat_takes_the_speed_of_the_striker():
     assert sim.energies()["contact"] == pytest.approx(0.5 * 0.01 * m / (0.01 + m) * 100.0, rel=1e-3)
 
 
+@pytest.mark.long
 def test_a_striker_that_leaves_is_not_held_back():
     sim = start(velocity=(0.0, 0.0, 40.0))
     sim.advance_to(10e-6)
@@ -76,6 +77,7 @@ def test_a_striker_that_leaves_is_not_held_back():
     assert np.abs(shell_momentum(sim)).max() == 0
 
 
+@pytest.mark.long
 def test_from_below_it_pushes_up():
     sim = start(velocity=(0, 0, 40.0), centre=(0, 0, -TOP - 1e-6))
     sim.advance_to(10e-6)
@@ -83,6 +85,7 @@ def test_from_below_it_pushes_up():
     assert runtime.get(sim.rigids.v, 1)[0, 2] < 40.0
 
 
+@pytest.mark.long
 def test_a_ball_rolling_off_the_border_is_pushed_away_from_it():
     """Beside the border of the plate the normal leans outward: there is no ghost of the plate there."""
     edge = 15e-3 + 0.5e-3

@@ -41,6 +41,7 @@ def test_every_wall_within_reach_shows_its_images():
         assert push < 1e-12
 
 
+@pytest.mark.long
 def test_standing_wave_in_a_closed_column():
     """Between rigid ends f = c / (2 L); the first moment of the kernel lowers it by 0.9 %."""
     L = 20 * SPACING

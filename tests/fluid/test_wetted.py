@@ -114,6 +114,7 @@ def test_facets_of_a_plane_give_its_integral(above):
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("above", [0.5, 1.0, 1.5])
 def test_an_even_wall_is_covered_whole(above):
     d = 0.02
@@ -354,6 +355,7 @@ def test_a_light_ball_on_water_does_not_swing_itself_to_death():
     assert abs(entries["closed_residual_percent"]) < 1.0
 
 
+@pytest.mark.long
 def test_lists_by_points_are_the_same_in_numpy():
     """What a device without long loops of one thread takes (runtime.one_by_one)."""
     from .test_extremes import can, start

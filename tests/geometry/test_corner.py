@@ -50,6 +50,7 @@ def rigid(sim) -> tuple[np.ndarray, np.ndarray]:
     return X @ Q.T - X + [1, 2, 3], N @ Q.T - N
 
 
+@pytest.mark.long
 def test_normals_at_the_rim_are_halfway(closed):
     mesh = closed.shell.mesh
     rim = (np.abs(np.hypot(*mesh.points[:, :2].T) - 1) < 1e-9) & (np.abs(mesh.node_normals[:, 2]) > 1e-3)

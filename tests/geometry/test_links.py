@@ -165,6 +165,7 @@ def test_transposed_list(irregular):
         assert t_coef[t_start[j] : t_start[j + 1]].tolist() == v.coef[mine].tolist()
 
 
+@pytest.mark.long
 def test_order_falls_back():
     """Too few, or all on a line: order 2 -> 1 -> 0 -> nothing; the fit that is left is the reference's of that order."""
     runtime.start()

@@ -84,6 +84,7 @@ def test_constant_curvature_is_exact_on_a_plate():
     assert forces(sim, u, d)[2] == pytest.approx(0.5 * stiffness * k**2, rel=2e-4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("surface", ["flat", "curved"])
 def test_six_rigid_modes_and_no_soft_one(surface):
     """Exactly six zero modes; the first flexible one is where it belongs, whatever the nodes."""

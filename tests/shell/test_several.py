@@ -231,6 +231,7 @@ LOADS = {
 }
 
 
+@pytest.mark.long
 def test_loads_act_on_their_body_alone():
     """All kinds of loads at once on the second of two plates that lie in each other: the first does not stir."""
     plates = [shell(name, (0.0, 0.0, 0.0), motion="free") for name in ("one", "two")]

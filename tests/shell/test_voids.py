@@ -170,6 +170,7 @@ def wheel(inner: float, round_: int, rows: int, gap: float = 0.0) -> Net:
     return Net(points=tuple(map(tuple, points)), cells=tuple(map(tuple, cells.tolist())))
 
 
+@pytest.mark.long
 @FORMS
 def test_a_sound_hole_keeps_its_links(form):
     """All of them, ten spacings wide. Of a hole as narrow as a link is long only those go that pass near its middle."""

@@ -37,6 +37,7 @@ def scene_of(points: int = 4, cells: str = "quad", surface: str = "flat", **more
     return plain.derive(**{"numerics.formulation": {"kind": "elements", "points": points}})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("points, cells", [(4, "quad"), (1, "quad"), (4, "triangle")])
 def test_the_ledger_closes(points, cells):
     """Forces, moments, pressures that follow and dead ones, supports: a bent shell at finite rotations."""

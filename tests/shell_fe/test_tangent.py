@@ -55,6 +55,7 @@ def test_the_tangent_is_the_derivative_of_the_forces(points, cells):
     assert K @ step == pytest.approx(wanted, abs=1e-6 * np.abs(wanted).max())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("form", ["elements", "elements_1"])
 def test_a_strip_rolls_up(form):
     """A4: an end moment bends 20 elements to half a circle. A full one of 12, 30 degrees from element to element, is 0.06 off."""

@@ -59,6 +59,7 @@ def test_clamped_plate_does_not_lock(e):
     assert sim.status()["residual"] < 1e-6
 
 
+@pytest.mark.long
 def test_gravity_pressure_and_nodal_forces_agree():
     e, q = 0.02, 1.0
     loads = [
@@ -290,6 +291,7 @@ def test_a_single_node_is_refused(tmp_path):
         plan(scene.model_copy(update={"shells": (shell,)}))
 
 
+@pytest.mark.long
 def test_tension_to_half_its_length_again():
     """50 % of nominal strain, dynamically: no instability of particles pulled apart."""
     n = 8

@@ -69,6 +69,7 @@ def test_spinning_plate(runs):
     assert spin.closed < 3e-5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("cells, irregularity", [("quad", 0.0), ("triangle", 0.25)])
 def test_wave_returns(cells, irregularity):
     """A7 (T 4.5.1), D = 1 mm, ten nodes over the pulse's half width: back at the centre at L/c and 2 L/c.

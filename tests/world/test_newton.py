@@ -77,6 +77,7 @@ def test_a_hinged_roof_snaps_through(thickness, limit, middle):
     assert sim.status()["relaxation_steps"] == 0
 
 
+@pytest.mark.long
 def test_a_load_beyond_the_limit_is_reached_over_it():
     """By load: the increment that passes the limit point ends behind it, where the path of the other test goes."""
     sim = start(roof(**{"static.method": "newton", "static.increments": 3}))
@@ -102,6 +103,7 @@ def pressed(**more):
     return shell_scene("flat", n=8, thickness=0.01, duration=1.0, motions=held("shell", 1 / 8, *edges), pressures=load, **more)
 
 
+@pytest.mark.long
 def test_newton_and_relaxation_find_one_equilibrium():
     """A plate blown up far beyond its thickness by a pressure that turns with it."""
     found = []
@@ -115,6 +117,7 @@ def test_newton_and_relaxation_find_one_equilibrium():
     assert found[0] == pytest.approx(found[1], abs=1e-5 * np.abs(found[1]).max())
 
 
+@pytest.mark.long
 def test_where_newton_finds_nothing_the_shell_is_relaxed(monkeypatch):
     monkeypatch.setattr(newton, "SHORTEST", 2.0)  # no step of load is short enough
 
@@ -163,6 +166,7 @@ def test_a_path_goes_on_bit_for_bit():
     assert {k for k, v in again.state().items() if v.tobytes() != wanted[k].tobytes()} == set()
 
 
+@pytest.mark.long
 def test_a_body_that_stays_in_its_plane():
     """A body without directors: a strip that is pulled to 1.2 times its length, nu = 0."""
     end = NodalForce(shell="shell", where=Box(lo=(0.99, None, None)), total=(210e9 * 0.05 * 0.264, 0.0, 0.0))

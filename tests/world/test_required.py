@@ -108,6 +108,7 @@ PARTS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("part", PARTS)
 def test_a_part_is_there_exactly_where_it_is_asked_for(part):
     """The counterpart: the names that the test above looks for are those of the parts."""

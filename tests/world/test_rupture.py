@@ -238,6 +238,7 @@ def test_a_fragment_keeps_mass_and_velocity(kind):
     assert np.array_equal(runtime.get(sim.shell.nodes.force, sim.shell.nodes.n), before)
 
 
+@pytest.mark.long
 def test_tearing_stays_below_the_stable_step():
     """Leftovers around fragments must not be stiffer than the step allows (a fit that extrapolates is lowered)."""
     from taichi_sph.bodies.shell.stable_dt import largest_frequency

@@ -33,6 +33,7 @@ def growth(sim, dt):
     return worst
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("cells, irregularity, poisson, precision", CASES)
 def test_never_above_and_at_most_a_tenth_below(cells, irregularity, poisson, precision):
     sim = start(plate_scene(cells=cells, irregularity=irregularity, precision=precision, material={"poisson": poisson}, safety=1.0))
