@@ -48,6 +48,7 @@ def test_patches_are_refused(monkeypatch):
 SHORT = {
     "couplings/contact/multipliers.py": {"_wear": "bodies", "_measure": "bodies", "_error": "bodies"},
     "bodies/rigid/port.py": {"_look": "pinballs, whose pairs are counted by their square"},
+    "couplings/drag/law.py": {"_act": "blocks of 256 particles"},
     "bodies/shell/instead/statics.py": {"_sum": "statics are of some ten thousand nodes"},
 }
 TWINS = {

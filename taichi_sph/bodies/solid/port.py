@@ -181,27 +181,26 @@ def _look(port: ti.template(), of: ti.template(), n: ti.i32, bodies: ti.i32, at:
 def _offer(
     port: ti.template(), of: ti.template(), first: ti.i32, last: ti.i32, at: FIRST, kick: ti.f64, half_time: ti.f64, shaped: ti.template()
 ):
-    nodes, loads = ti.static(of.nodes, of.loads)
     for m in range(first, last):
         k = port.who[m] - at[MOVER]
         i = of.skin.node[k]
-        x, normal, radius = _disc(of.skin, nodes, of.cells, k)
+        x, normal, radius = _disc(of.skin, of.nodes, of.cells, k)
         if ti.static(shaped):
             port.disc_radius[at[DISC] + k] = radius
         port.x[m], port.director[m] = x, normal
-        port.before[m] = ti.cast(nodes.v[i], ti.f64)
-        force = nodes.force[i]
-        if ti.static(loads.pushes):
-            force += loads.force.total[i]
-        v = ti.cast(nodes.v[i] + kick / nodes.mass[i] * force, ti.f64)
-        w = ti.Vector([1.0, 1.0, 1.0], ti.f64) / ti.cast(nodes.mass[i], ti.f64)
-        if ti.static(loads.moves):
-            if nodes.fixed[i] > 0:
-                g = nodes.fixed[i] - 1
+        port.before[m] = ti.cast(of.nodes.v[i], ti.f64)
+        force = of.nodes.force[i]
+        if ti.static(of.loads.pushes):
+            force += of.loads.force.total[i]
+        v = ti.cast(of.nodes.v[i] + kick / of.nodes.mass[i] * force, ti.f64)
+        w = ti.Vector([1.0, 1.0, 1.0], ti.f64) / ti.cast(of.nodes.mass[i], ti.f64)
+        if ti.static(of.loads.moves):
+            if of.nodes.fixed[i] > 0:
+                g = of.nodes.fixed[i] - 1
                 for c in ti.static(range(3)):
-                    if loads.mask[g][c] == 1:
+                    if of.loads.mask[g][c] == 1:
                         w[c] = 0.0
-                        v[c] = ti.cast(loads.velocity[g][c] * history(half_time, loads.curves, loads.curve[g]), ti.f64)
+                        v[c] = ti.cast(of.loads.velocity[g][c] * history(half_time, of.loads.curves, of.loads.curve[g]), ti.f64)
         port.free[m], port.ease[m] = v, w
 
 
