@@ -28,6 +28,7 @@ from taichi_sph.scene import (
 )
 
 from ..plates import CELLS, SIDE, plate_scene, start, tearing
+from ..scene.examples import everything, more
 
 PACKAGE = Path(__file__).parents[2] / "taichi_sph"
 ELSEWHERE = {"numerics.triad"}  # the benchmark's own
@@ -35,6 +36,11 @@ ELSEWHERE_TOO = {
     *("numerics.cells._buckets", "numerics.neighbours._cells"),  # of devices without serial kernels: tests/numerics/test_doubles.py
     *(f"bodies.masses.{name}" for name in ("_look", "_offer", "_take")),  # of kinds that are brought along: tests/world/test_toy_kind.py
     *(f"couplings.contact.multipliers.{name}" for name in ("_iterate", "_error")),  # of long lists of pairs: tests/contact/test_friction.py
+    "bodies.solid.port._take",  # of solids that are struck: tests/contact/test_solids.py
+    "bodies.solid.forces.stiffest",  # of the stable step of solids: tests/solid/test_motion.py
+    *(
+        f"couplings.{name}" for name in ("drag.law._act", "drag.law._share", "wetted.wetted._hide")
+    ),  # of drag by a law: tests/fluid/test_drag.py
 }
 
 
@@ -109,4 +115,10 @@ def test_every_kernel_is_exercised(monkeypatch):
     start(joined).advance(3)
     elements = {"shells": [plate], "springs": [], "meetings": [], "forces": [], "numerics.formulation": {"kind": "elements", "points": 1}}
     start(joined.derive(pressures=[SurfacePressure(shell="plate", value=1e4)], **elements)).advance(3)
+    # elements and particles in one shell, solids, welds, gas, rigid surfaces, friction
+    for told in (everything(), more()):
+        sim = start(Scene.model_validate(told))
+        sim.advance(5)
+        sim.restore(sim.state())
+        sim.energies(), sim.frame()
     assert kernels() - run == ELSEWHERE_TOO
