@@ -78,20 +78,42 @@ def flown(scene, turns: float, bend: float) -> tuple[float, float, float, float]
     )
 
 
+@pytest.fixture(scope="module")
+def curved() -> tuple[float, float, float, float]:
+    """A tenth of a turn of a cylinder whose patch has corners: the folds of its elements do not hold the turn back."""
+    return flown(patched(ARC, INSIDE), 0.1, 0.0)
+
+
 @pytest.mark.long
-def test_a_curved_shell_turns():
-    """A quarter of a turn of a cylinder whose patch has corners: the folds of its elements do not hold the turn back."""
-    energy, momentum, turning, left = flown(patched(ARC, INSIDE), 0.1, 0.0)
+def test_a_curved_shell_turns(curved):
+    energy, momentum, turning, left = curved
     assert energy < 1e-4 and momentum < 1e-12 and turning < 2e-5 and left < 1e-2
 
 
 @pytest.mark.long
-def test_three_turns_with_bending():
-    """COUPLING's target: e/l 0.3. It asks for 1e-6 of the angular momentum and gets 1.24e-6, with three sweeps 1.26e-6."""
-    energy, momentum, turning, left = flown(patched(), 3.0, 0.1)
-    assert energy < 1e-4 and momentum < 1e-12 and turning < 1.5e-6
+@pytest.mark.xfail(reason="one sweep over the directors loses 3e-5 of the energy, three lost 2e-6 (docs/method.md, 15)", strict=True)
+def test_a_curved_shell_turns_without_loss(curved):
+    assert curved[0] < 2e-5
+
+
+@pytest.fixture(scope="module")
+def three_turns() -> tuple[float, float, float, float]:
+    """COUPLING's target: e/l 0.3."""
+    return flown(patched(), 3.0, 0.1)
+
+
+@pytest.mark.long
+def test_three_turns_with_bending(three_turns):
+    energy, momentum, _, _ = three_turns
+    assert energy < 1e-4 and momentum < 1e-12
     energy, momentum, turning, _ = flown(patched(directors=False), 3.0, 0.1)
     assert energy < 1e-4 and momentum < 1e-12 and turning < 1e-12
+
+
+@pytest.mark.long
+@pytest.mark.xfail(reason="1.24e-6 of the angular momentum is lost, and 1.26e-6 with three sweeps", strict=True)
+def test_three_turns_keep_the_angular_momentum(three_turns):
+    assert three_turns[2] < 1e-6
 
 
 def test_constraints_do_not_see_linear_fields():

@@ -39,19 +39,33 @@ def fallen(every: int, safety: float = 0.9) -> tuple[np.ndarray, float, float, d
     return np.array(rows).T, every * world.dt, lost, world.energies()
 
 
+@pytest.fixture(scope="module")
+def blocks() -> dict[int, tuple[np.ndarray, float, float, dict[str, float]]]:
+    """By `every`."""
+    return {every: fallen(every) for every in (1, 2, 4)}
+
+
 @pytest.mark.long
-def test_a_fluid_of_its_own_step_pushes_a_wall_as_one_of_every_step():
-    (t, p), _, lost, ledger = fallen(1)
+def test_a_fluid_of_its_own_step_pushes_a_wall_as_one_of_every_step(blocks):
+    (_, p), _, lost, ledger = blocks[1]
     assert lost < 1e-13 and abs(ledger["closed_residual_percent"]) < 0.3
     assert ledger["contact"] > 0.05 * ledger["injected"], "contact has stopped the water"
     for every in (2, 4):
-        (times, pushed), own, lost, entries = fallen(every)
+        (_, pushed), _, lost, entries = blocks[every]
         assert lost < 1e-13
         assert abs(entries["closed_residual_percent"]) < 0.3
         assert pushed[-1] == pytest.approx(p[-1], rel=0.015)
         assert entries["contact"] == pytest.approx(ledger["contact"], rel=0.02)
-        # a blow comes when the particle has its step: the wall is pushed as much as at `every` = 1, an own step sooner or later
-        slack = 0.03 * p[-1]
+
+
+@pytest.mark.long
+@pytest.mark.xfail(reason="2.4 % of the end value beside the band, where 2 % was asked (docs/method.md, 11)", strict=True)
+def test_its_blows_come_within_an_own_step(blocks):
+    """A blow comes when the particle has its step: the wall is pushed as much as at `every` = 1, an own step sooner or later."""
+    t, p = blocks[1][0]
+    for every in (2, 4):
+        (times, pushed), own, _, _ = blocks[every]
+        slack = 0.02 * p[-1]
         inner = (times > t[0] + own) & (times < t[-1] - own)
         assert (pushed[inner] > np.interp(times[inner] - own, t, p) - slack).all()
         assert (pushed[inner] < np.interp(times[inner] + own, t, p) + slack).all()
