@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bodies.fluid.fill import CONTACT, PINBALL, Filling
-from ..bodies.rigid.solid import solid_of
+from ..bodies.rigid.solid import Solid
 from ..bodies.shell.sections import mean_at_nodes, sheets_of
 from ..couplings.contact.said import meeting
 from ..errors import SceneError
@@ -72,13 +72,12 @@ def discs(shell: Shell, mesh: SurfaceMesh) -> Discs:
     return Discs(mesh.points, mesh.node_normals, radii, 0.5 * thickness, sound, mesh.edges.nodes, mesh.cells[live])
 
 
-def check_overlaps(scene: Scene, meshes: Mapping[str, SurfaceMesh], fillings: Mapping[str, Filling]) -> None:
+def check_overlaps(scene: Scene, meshes: Mapping[str, SurfaceMesh], fillings: Mapping[str, Filling], solids: Mapping[str, Solid]) -> None:
     """SceneError with one sentence where two bodies that may meet lie in each other."""
     if len(scene.bodies) < 2:
         return
-    solids = [solid_of(body, scene) for body in scene.rigids]
-    balls = {solid.name: Balls(solid.places, solid.radii) for solid in solids}
-    lengths = [0.5 * radius for ball in balls.values() for radius in ball.radii]
+    balls = {name: Balls(solid.places, solid.radii) for name, solid in solids.items()}
+    lengths = [0.5 * ball.radii.min() for ball in balls.values()]
     lengths += [meshes[shell.name].spacing for shell in scene.shells] + [filling.spacing for filling in fillings.values()]
     skin = 0.5 * min(lengths, default=0.0)
     shells = {shell.name: discs(shell, meshes[shell.name]) for shell in scene.shells if shell.meets}

@@ -14,8 +14,7 @@ import numpy as np
 
 from ..bodies.fluid.fill import Filling, fill_fluid
 from ..bodies.fluid.said import Fluid
-from ..bodies.rigid.said import Rigid
-from ..bodies.rigid.solid import solid_of
+from ..bodies.rigid import solid as rigid_bodies
 from ..bodies.shell.parts import Part, Split, meshed, parts, split_of
 from ..bodies.shell.sections import Sheet, Sheets, sheets_of
 from ..couplings.welds.places import welded
@@ -142,7 +141,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     given = len(generated) < len(scene.shells) or any(not isinstance(solid.shape, Generated) for solid in scene.solids)
     if sum(counts.values()) + HOLE * sum(len(surface.holes) for surface in generated) > large and not given:
         bodies = tuple(_counted_shell(shell, counts[shell.name], scene) for shell in scene.shells)
-        bodies += tuple(_rigid(body, scene) for body in scene.rigids)
+        bodies += tuple(_rigid(rigid_bodies.solid_of(body, scene)) for body in scene.rigids)
         bodies += tuple(_counted_fluid(fluid, counts[fluid.name], scene) for fluid in scene.fluids)
         bodies += tuple(_counted_solid(solid, scene) for solid in scene.solids)
         return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second)
@@ -155,9 +154,10 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
         shells = {shell.name: made.meshes[shell.name] for shell in scene.shells}
         welded(scene.welds, {name: mesh.points for name, mesh in shells.items()}, {name: mesh.spacing for name, mesh in shells.items()})
     _check_gases(scene, made)
-    check_overlaps(scene, made.meshes, made.fillings)
+    rigids = {body.name: rigid_bodies.solid_of(body, scene) for body in scene.rigids}
+    check_overlaps(scene, made.meshes, made.fillings, rigids)
     bodies = tuple(_part(one, made, scene) for one in parts(scene))
-    bodies += tuple(_rigid(body, scene) for body in scene.rigids)
+    bodies += tuple(map(_rigid, rigids.values()))
     bodies += tuple(_fluid(fluid, made.fillings[fluid.name], scene, made.meshes) for fluid in scene.fluids)
     bodies += tuple(_solid(solid, made.solids[solid.name], scene) for solid in scene.solids)
     return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second, made)
@@ -277,10 +277,9 @@ def _shell(
     )
 
 
-def _rigid(body: Rigid, scene: Scene) -> BodyPlan:
+def _rigid(solid: rigid_bodies.Solid) -> BodyPlan:
     """Its pinballs; it follows the step of the others."""
-    solid = solid_of(body, scene)
-    radii = solid.radii.tolist()
+    body, radii = solid.said, solid.radii.tolist()
     surface = "" if solid.mesh is None else f"; surface of {len(solid.mesh.points)} nodes, {report(solid.mesh)}"
     note = f"rigid, inertia {', '.join(f'{m:.3g}' for m in solid.moments.diagonal())} kg m2 along x, y, z"
     return BodyPlan(

@@ -9,6 +9,7 @@ or one study, as the record of a run does.
 from __future__ import annotations
 
 import contextlib
+import gc
 import inspect
 import json
 import sys
@@ -19,6 +20,7 @@ from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
 from pydantic import TypeAdapter, ValidationError
+from pydantic_core import from_json
 
 from .. import scene as vocabulary
 from ..errors import SceneError, TaichiSphError, nearest
@@ -119,15 +121,37 @@ def _from_json(path: Path) -> Scene | Study:
         if (size := path.stat().st_size) > JSON_BYTES:
             raise SceneError(f"'{path}' holds {size / 1e6:.3g} MB; at most {JSON_BYTES / 1e6:.3g} MB are read of a scene")
         text = path.read_bytes()
-        kind = Study if isinstance(content := _literal(text), dict) and "cases" in content else Scene
     except OSError as error:
         raise SceneError(f"'{path}' cannot be read: {error.strerror}") from None
-    except RecursionError:
-        raise SceneError(f"{path.name}: its brackets are nested too deeply for a scene") from None
+    kind = _kind(path, text)
     try:
-        return kind.model_validate_json(text)
+        with _uncollected():
+            return kind.model_validate_json(text)
     except ValidationError as error:
         raise SceneError(f"{path.name}: {sentence(error, kind)}") from None
+
+
+def _kind(path: Path, text: bytes) -> type[Scene | Study]:
+    """Which of the two a text of JSON spells; a text that is none is judged as a scene."""
+    try:
+        content = from_json(text)
+    except ValueError as error:
+        if "recursion" in str(error):
+            raise SceneError(f"{path.name}: its brackets are nested too deeply for a scene") from None
+        return Scene
+    return Study if isinstance(content, dict) and "cases" in content else Scene
+
+
+@contextlib.contextmanager
+def _uncollected() -> Iterator[None]:
+    """Without the collector of garbage, which would look at a million new values again and again; none of them is garbage."""
+    there = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if there:
+            gc.enable()
 
 
 @contextlib.contextmanager
