@@ -257,7 +257,9 @@ def _leak(run: RunFolder, fluid: str, ruptured: bool, named: bool) -> list[str]:
     out = float(leak.litres(run, history, fluid)[-1])
     if out <= 0:
         nothing = f"Nothing of {what} leaked out" if named else "Nothing leaked out"
-        return [f"{nothing}." if not ruptured else f"{nothing} by {quantity_text(float(history.time[-1]), 's')}."]
+        if not ruptured:
+            return [f"{nothing}."]
+        return [f"{nothing} by {quantity_text(float(history.time[-1]), 's')}{_opening(run, fluid, '; {} are open')}."]
     it = what[0].upper() + what[1:] if named else "It"
     count = int(history["escaped_count"][-1])
     if count < ENOUGH:
@@ -270,12 +272,18 @@ def _leak(run: RunFolder, fluid: str, ruptured: bool, named: bool) -> list[str]:
     speed = leak.jet_speed(run, run.scene, fluid=fluid)
     if speed is not None:
         text += f", in a jet of {quantity_text(speed, 'm/s')}"
-    area = float(history["opening_area"][-1])
-    if area > 0:
-        text += f", through {area * 1e4:.3g} cm2"
-        if (calm := leak.orifice_rate(run, run.scene, fluid=fluid)) is not None:
-            text += f", out of which a calm tank would leak {quantity_text(calm, 'l/s')}"
-    return [text + "."]
+    return [f"{text}{_opening(run, fluid, ', through {}')}."]
+
+
+def _opening(run: RunFolder, fluid: str, words: str) -> str:
+    """How wide a tank is open, and what it will leak when the water has come to rest; nothing where nothing is open."""
+    area = float(leak.watched(run, fluid)[1]["opening_area"][-1])
+    if area <= 0:
+        return ""
+    text = words.format(f"{area * 1e4:.3g} cm2")
+    if (calm := leak.orifice_rate(run, run.scene, fluid=fluid)) is not None:
+        text += f", out of which a calm tank would leak {quantity_text(calm, 'l/s')}"
+    return text
 
 
 def _struck(run: RunFolder, shells: list[Shell]) -> list[str]:
