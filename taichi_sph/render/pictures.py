@@ -41,10 +41,6 @@ COLOURS = 240
 BROKEN = "broken cells removed; small balls: nodes without cells"
 
 
-def _bodies(run: RunFolder, index: int) -> list[BodyFrame]:
-    return [run.frames(name).body(index) for name in run.bodies()]
-
-
 def _times(run: RunFolder) -> np.ndarray:
     return run.frames().times
 
@@ -52,9 +48,9 @@ def _times(run: RunFolder) -> np.ndarray:
 def look_of(runs: Sequence[RunFolder]) -> Look:
     """Colours and magnification for all pictures of some runs: damage where there is any, else plastic strain, else displacement where
     there is no time, else speed."""
-    last = [body for run in runs for body in _bodies(run, -1)]
+    last = [body for run in runs for body in struck.whole(run, -1)]
     bends = any(shell.motion == "free" for run in runs for shell in run.scene.shells)
-    factor = min(magnification(_bodies(run, -1), BENT if bends else MOVED) for run in runs)
+    factor = min(magnification(struck.whole(run, -1), BENT if bends else MOVED) for run in runs)
     if any("damage" in b.cell_data and np.max(b.cell_data["damage"], initial=0) > 0 for b in last):
         return Look("damage", "damage D [-]", DAMAGE, 0.0, 1.0, factor)
     yielded = max((float(np.max(b.cell_data["plastic"], initial=0)) for b in last if "plastic" in b.cell_data), default=0.0)
@@ -64,7 +60,7 @@ def look_of(runs: Sequence[RunFolder]) -> Look:
         farthest = max(float(np.max(cell_values(b, "displacement"), initial=0)) for b in last) or 1.0
         scale, unit = next(((s, u) for s, u in LENGTHS if farthest * s >= 1), LENGTHS[-1])
         return Look("displacement", f"displacement [{unit}]", SPEED, 0.0, farthest, factor, scale)
-    fastest = max(float(np.max(cell_values(b, "speed"), initial=0)) for run in runs for i in (0, -1) for b in _bodies(run, i))
+    fastest = max(float(np.max(cell_values(b, "speed"), initial=0)) for run in runs for i in (0, -1) for b in struck.whole(run, i))
     return Look("speed", "speed [m/s]", SPEED, 0.0, fastest or 1.0, factor)
 
 
@@ -195,7 +191,7 @@ def strip_frames(run: RunFolder, count: int = STRIP_TIMES) -> list[int]:
         return list(range(1, len(times)))
     ruptures = [
         rupture[rupture > 0]
-        for b in _bodies(run, -1)
+        for b in struck.whole(run, -1)
         if "rupture_time" in b.cell_data
         for rupture in [np.asarray(b.cell_data["rupture_time"], dtype=float)]
     ]
@@ -241,8 +237,8 @@ def render_run(folder: Path | str, notice: Callable[[str], None] | None = None, 
 def _whole_view(run: RunFolder, look: Look) -> View:
     """The window of all pictures of a run of shells."""
     times = _times(run)
-    others = [b for i in range(0, len(times) - 1, max(1, len(times) // 10)) for b in _bodies(run, i)]
-    return view_of(_bodies(run, -1), look.magnification, others)
+    others = [b for i in range(0, len(times) - 1, max(1, len(times) // 10)) for b in struck.whole(run, i)]
+    return view_of(struck.whole(run, -1), look.magnification, others)
 
 
 def _stills(run: RunFolder, backend: Backend) -> list[Path]:
@@ -251,7 +247,7 @@ def _stills(run: RunFolder, backend: Backend) -> list[Path]:
     look = look_of([run])
     view = _whole_view(run, look)
     final = _page(
-        [(_bodies(run, -1), "")],
+        [(struck.whole(run, -1), "")],
         look, view, scene.title,
         _subtitle(run, instant(run, -1), _magnified(look), _gap(look)),
         1, backend,
@@ -260,7 +256,7 @@ def _stills(run: RunFolder, backend: Backend) -> list[Path]:
     chosen = strip_frames(run)
     if len(chosen) > 1:
         strip = _page(
-            [(_bodies(run, i), instant(run, i)) for i in chosen],
+            [(struck.whole(run, i), instant(run, i)) for i in chosen],
             look, view, scene.title, _subtitle(run, _magnified(look), _gap(look)), 4 if view.aspect > 1.3 else 2, backend,
         )  # fmt: skip
         paths.append(_save(strip, out / f"{look.field}_over_time.png"))
@@ -307,7 +303,7 @@ def _movies(run: RunFolder, backend: Backend) -> list[Path]:
     def pages() -> Iterator[Figure]:
         for index in range(len(times)):
             yield _page(
-                [(_bodies(run, index), "")], look, view, run.scene.title,
+                [(struck.whole(run, index), "")], look, view, run.scene.title,
                 _subtitle(run, instant(run, index), _magnified(look), _gap(look)), 1, backend, MOVIE_DPI,
             )  # fmt: skip
 
@@ -388,13 +384,13 @@ def render_compare(
             if not run.of_kind("shell"):
                 raise SceneError(f"'{run.path}' holds no shell, and shells are what is compared; render shows it by itself")
         look = look_of(runs)
-        views = [view_of(_bodies(run, -1), look.magnification) for run in runs]
+        views = [view_of(struck.whole(run, -1), look.magnification) for run in runs]
         turn = next((v.turn for v in views if v.turn is not None), None)
         views = [v for v in views if (v.turn is None) == (turn is None)]
         view = View(min(v.x0 for v in views), max(v.x1 for v in views), min(v.y0 for v in views), max(v.y1 for v in views), turn)
         last = max(float(_times(run)[-1]) for run in runs)
         ends = ["" if run.scene.static is not None else instant(run, -1, last) for run in runs]  # the whole load
-        panels = [(_bodies(run, -1), f"{name}   ({end})" if end else name) for run, name, end in zip(runs, names, ends, strict=True)]
+        panels = [(struck.whole(run, -1), f"{name}   ({end})" if end else name) for run, name, end in zip(runs, names, ends, strict=True)]
         subtitle = "   ·   ".join(p for p in (f"at the end of each run, {_magnified(look)}", _gap(look)) if p)
         page = _page(panels, look, view, title or common_title(runs), subtitle, min(columns, len(panels)), choose())
         return _save(page, Path(out))
@@ -411,7 +407,7 @@ def alike(folders: Sequence[Path | str]) -> bool:
         with RunFolder(folder) as run:
             if run.scene.increments is None:
                 return True
-            farthest.append(max(float(np.max(cell_values(b, "displacement"), initial=0)) for b in _bodies(run, -1)))
+            farthest.append(max(float(np.max(cell_values(b, "displacement"), initial=0)) for b in struck.whole(run, -1)))
     return min(farthest) >= 0.05 * max(farthest) > 0
 
 

@@ -47,9 +47,15 @@ def suffers(run: RunFolder) -> bool:
     return bool(run.of_kind("shell")) and (flight(run) is not None or bool(tanks(run)))
 
 
-def bodies_at(run: RunFolder, index: int) -> list[BodyFrame]:
-    """All bodies of a frame. A ball much wider than the shells stands for a plane: it would hide what it touches."""
+def whole(run: RunFolder, index: int) -> list[BodyFrame]:
+    """All bodies of a frame. The gas of an explosive would hide the shells that it drives, and is left out beside them."""
     bodies = [run.frames(name).body(index) for name in run.bodies()]
+    return [body for body in bodies if "burnt" not in body.cell_data] if run.of_kind("shell") else bodies
+
+
+def bodies_at(run: RunFolder, index: int) -> list[BodyFrame]:
+    """`whole`, without balls much wider than the shells: such a ball stands for a plane, and would hide what it touches."""
+    bodies = whole(run, index)
     if not run.of_kind("shell"):
         return bodies
     most = PLANE * float(np.linalg.norm(np.subtract(*box(run))))

@@ -19,7 +19,7 @@ _WHERE = {
     "loads": (
         "InitialVelocity", "NodalForce", "NodalMoment", "PrescribedVelocity", "Pulse", "Radial", "Rotation", "SurfacePressure"
     ),
-    "materials": ("Concrete", "Delay", "Heat", "JohnsonCook", "LemaitreChaboche", "Material", "Mazars", "Perfect", "Power", "Table"),
+    "materials": ("Concrete", "Delay", "Heat", "JohnsonCook", "Jwl", "LemaitreChaboche", "Material", "Mazars", "Perfect", "Power", "Table"),
     "numerics": ("Numerics",),
     "regions": ("Ball", "Box", "Group", "Outside"),
     "schema": ("Scene",),
@@ -34,7 +34,7 @@ _WHERE = {
     "..bodies.fluid.said": ("Acoustic", "Fluid", "FluidBox", "FluidRound", "Hole", "ShellFill", "Tait", "Wall", "Water"),
     "..bodies.rigid.said": ("DiscFace", "Driven", "Pinball", "Rigid", "TubeFace"),
     "..bodies.shell.said": ("Collocation", "Cut", "FiniteElements", "Galerkin", "Patch", "Section", "Shell", "Viscosity"),
-    "..bodies.solid.said": ("Particles", "Solid", "Trilinear"),
+    "..bodies.solid.said": ("Detonation", "Particles", "Solid", "Trilinear"),
     "..couplings.contact.said": ("Meeting", "PinballContact"),
     "..couplings.drag.said": ("Drag",),
     "..couplings.gas.said": ("Gas",),

@@ -5,6 +5,7 @@
                 strength)
     delay       none, or the delay law of either damage
     rupture     critical_damage: a cell whose delayed damage reaches it breaks
+    burns       none, or Jwl: an explosive, alone
 
 Ready materials with their sources: `taichi_sph.scene.library`.
 """
@@ -17,7 +18,7 @@ from pydantic import BeforeValidator, Field, StrictBool, StrictInt, model_valida
 
 from . import plausible
 from .base import Choice, Frozen
-from .units import Capacity, Density, Dimensionless, Pressure, Rate, Temperature, Time, show
+from .units import Capacity, Density, Dimensionless, Pressure, Rate, Speed, Temperature, Time, show
 
 # --- strength ---------------------------------------------------------------------------------------
 
@@ -180,6 +181,23 @@ class Delay(Frozen):
     tau_c: Annotated[Time, Field(gt=0)]
 
 
+# --- explosive --------------------------------------------------------------------------------------
+
+
+class Jwl(Frozen):
+    """What an explosive becomes behind the front of its detonation: a gas with the law of Jones, Wilkins and Lee (laws/jwl.py). `energy`:
+    chemical energy per volume before it burns; `speed`: of the front, which runs from where the solid is lit (Detonation)."""
+
+    kind: Literal["jwl"] = "jwl"
+    A: Annotated[Pressure, Field(gt=0)]
+    B: Annotated[Pressure, Field(ge=0)]
+    R1: Annotated[Dimensionless, Field(gt=0, le=50)]
+    R2: Annotated[Dimensionless, Field(gt=0, le=50)]
+    omega: Annotated[Dimensionless, Field(gt=0, le=2)]
+    energy: Annotated[Pressure, Field(gt=0)]
+    speed: Annotated[Speed, Field(ge=1000, le=20_000)]
+
+
 # --- material ---------------------------------------------------------------------------------------
 
 
@@ -195,6 +213,7 @@ class Material(Frozen):
     damage: Damage | None = None
     delay: Delay | None = None
     critical_damage: Annotated[Dimensionless, Field(gt=0, le=1)] | None = None  # D_c: rupture
+    burns: Jwl | None = None  # an explosive; young and poisson are those of what has not burnt yet
 
     @property
     def laws(self) -> tuple:
@@ -211,5 +230,7 @@ class Material(Frozen):
             raise ValueError("damage: 'lemaitre_chaboche' grows with plastic strain and needs a strength: set strength")
         if isinstance(self.damage, Mazars | Concrete) and self.strength is not None:
             raise ValueError(f"damage: '{self.damage.kind}' is for brittle materials without strength; use 'lemaitre_chaboche'")
+        if self.burns is not None and (self.strength is not None or self.damage is not None):
+            raise ValueError("burns: an explosive is elastic until it is a gas; leave out strength and damage")
         plausible.material(self)
         return self

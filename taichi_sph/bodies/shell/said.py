@@ -172,6 +172,8 @@ class Shell(Body):
             raise ValueError(
                 f"motion = 'in_plane' is for bodies parallel to z = 0, and shell '{self.name}' has another normal; set motion = 'free'"
             )
+        if self.material.burns is not None:
+            raise ValueError(f"material.burns: an explosive is a solid, and '{self.name}' is a shell")
         for key, law in (("damage", self.material.damage), ("strength.heat", getattr(self.material.strength, "heat", None))):
             if law is not None and getattr(law, "kind", "heat") in ("concrete", "heat"):
                 raise ValueError(f"material.{key}: '{getattr(law, 'kind', 'heat')}' is a law of solids, and '{self.name}' is a shell")

@@ -13,9 +13,10 @@ Cells write the force on the node of each of their entries; nodes then gather th
 
 from ...laws import elastic_solid
 from ...numerics import symmetric
+from ...numerics.tensors import cofactor
 from ...runtime import ti
 from ..nodal.nodes import body_of
-from . import concrete, metal
+from . import concrete, explosive, metal
 
 LINEAR, SQUARE = 0.06, 1.2  # bulk viscosity, in compression: q = rho h (LINEAR c |d| + SQUARE h d^2) (von Neumann, Landshoff)
 
@@ -60,18 +61,23 @@ def strain(cells: ti.template(), nodes: ti.template(), material: ti.template(), 
                 M += r.outer_product(arm)
                 uneven += r.norm_sqr()
             E = _strain(H)
-            S, energy, softer, stiffer = E, pull * 0.0, pull * 0.0, pull * 0.0
+            F = H + ti.Matrix.identity(float, 3)
+            S, P, energy, softer, stiffer = E, F, pull * 0.0, pull * 0.0, pull * 0.0
             if ti.static(material.yields):
                 S, energy, softer, stiffer = metal.advance(cells, material, s, E, dt)
             elif ti.static(material.brittle):
                 S, energy, softer, stiffer = concrete.advance(cells, material, s, E, dt)
+            elif ti.static(material.burns):
+                P, energy, softer, stiffer = explosive.advance(cells, material, s, E, F, dt, time)
             else:
                 S, energy, softer, stiffer = _elastic(cells, material, s, E)
             volume = cells.volume[s]
-            F = H + ti.Matrix.identity(float, 3)
-            P = F @ symmetric.matrix(S)
+            if ti.static(not material.burns):
+                P = F @ symmetric.matrix(S)
             if ti.static(material.damps):
-                P -= _viscosity(cells, material, s, b, F, dt) * _cofactor(F)
+                q, zeta = _viscosity(cells, material, s, b, F, dt)
+                P -= q * cofactor(F)
+                stiffer *= (zeta + ti.sqrt(1.0 + zeta * zeta)) ** 2
             held = volume * energy + 0.5 * pull * softer * uneven
             cells.stored[s] = ti.cast(held, ti.f64)
             cells.stiffer[s] = stiffer
@@ -115,20 +121,9 @@ def _strain(H: ti.template()):
 
 
 @ti.func
-def _cofactor(F: ti.template()):
-    """det F F^-T: how areas change."""
-    rows = ti.Matrix.zero(float, 3, 3)
-    for i in ti.static(range(3)):
-        for j in ti.static(range(3)):
-            a, b, c, d = ti.static((i + 1) % 3), ti.static((i + 2) % 3), ti.static((j + 1) % 3), ti.static((j + 2) % 3)
-            rows[i, j] = F[a, c] * F[b, d] - F[a, d] * F[b, c]
-    return rows
-
-
-@ti.func
 def _viscosity(cells: ti.template(), material: ti.template(), s, b, F: ti.template(), dt):
-    """Pressure of bulk viscosity now [Pa], and the books of what it takes."""
-    q = cells.bulk[s]
+    """(pressure of bulk viscosity now [Pa], its ratio to critical damping), and the books of what it takes."""
+    q, zeta = cells.bulk[s], cells.bulk[s] * 0.0
     if dt > 0.0:
         before, now = cells.dilation[s], F.determinant() - 1.0
         rate = ti.max(before - now, 0.0) / (dt * (1.0 + 0.5 * (before + now)))
@@ -136,8 +131,8 @@ def _viscosity(cells: ti.template(), material: ti.template(), s, b, F: ti.templa
         after = material.viscous[b] * material.density[b] * h * rate * (LINEAR * material.sound[b] + SQUARE * h * rate)
         cells.damped[s] += ti.cast(0.5 * (q + after) * (before - now) * cells.volume[s], ti.f64)
         cells.bulk[s], cells.dilation[s] = after, now
-        q = after
-    return q
+        q, zeta = after, material.viscous[b] * (LINEAR + 2.0 * SQUARE * h * rate / material.sound[b])
+    return q, zeta
 
 
 @ti.func

@@ -18,13 +18,15 @@ from ..nodal.loads import Loads
 from ..nodal.motion import kick_and_drift
 from ..nodal.nodes import Nodes
 from ..nodal.supports import UNITS
-from .build import SolidBody, alike, bodies_of, initial_velocity, node_forces, node_motions
+from .build import SolidBody, alike, bodies_of, chemical, initial_velocity, lit, node_forces, node_motions
 from .forces import gather, strain
 from .pool import SolidCells, SolidMaterial
 from .port import Skin, SolidSurface
 from .said import Solid
 from .stable_dt import StableStep
 from .table import Table, table_of
+
+OPEN = 3.0  # speed of a gas over that of its detonation
 
 
 def groups(scene: Scene, others: Sequence[Group], own: Sequence[Solid]) -> list[SolidGroup]:
@@ -33,8 +35,8 @@ def groups(scene: Scene, others: Sequence[Group], own: Sequence[Solid]) -> list[
 
 
 class SolidGroup(Rest):
-    """Solids of the same laws. solids: the bodies; mesh: theirs as one; nodes, cells, material: the pools; loads: what acts; sound (B,):
-    the speed of pressure waves in each body [m/s]."""
+    """Solids of the same laws. solids: the bodies; mesh: theirs as one; nodes, cells, material: the pools; loads: what acts; limit (B,):
+    the speed that no node of a body reaches [m/s]: that of pressure waves, `named` in words."""
 
     kind = "solid"
 
@@ -62,14 +64,19 @@ class SolidGroup(Rest):
         self.loads = Loads(
             self.nodes, list(node_forces(scene, self.solids, mass)), list(node_motions(scene, self.solids)), (), f"solid.loads{suffix}"
         )
-        self.sound = np.array(self.material.numbers("sound"))
+        self.limit, self.named = np.array(self.material.numbers("sound")), "the sound speed"
+        if self.material.burns:  # gas that leaves into the open is faster than the front
+            self.limit, self.named = OPEN * np.array(self.material.numbers("front")), f"{OPEN:g} times its detonation's speed"
         self.new = False  # cells broke in this step
         self.skin = Skin(self.mesh, self.material.breaks, f"solid.skin{suffix}")
         self.stable: StableStep
 
     def start(self) -> None:
-        """Velocities and the stable step, once all bodies are there."""
+        """Velocities, when explosives are lit, and the stable step, once all bodies are there."""
         runtime.put(self.nodes.v, initial_velocity(self.scene, self.solids))
+        if self.material.burns:
+            runtime.put(self.cells.lit, np.concatenate([lit(body) for body in self.solids]))
+            runtime.put(self.cells.energy, np.concatenate([np.full(body.cells.n, chemical(body)) for body in self.solids]))
         self.stable = StableStep(self, f"solid.stable{self.suffix}")
 
     @property
@@ -105,9 +112,9 @@ class SolidGroup(Rest):
 
     def entries(self) -> Entries:
         total, cells = self.reducer.total, self.cells
-        internal, numerical = {"elastic": total(cells.stored, cells.n)}, {}
+        internal, numerical = {"explosive" if self.material.burns else "elastic": total(cells.stored, cells.n)}, {}
         if self.material.remembers:
-            internal["damage"] = total(cells.lost, cells.n)
+            internal["residual" if self.material.burns else "damage"] = total(cells.lost, cells.n)
         if self.material.yields:
             internal["plastic"] = total(cells.dissipated, cells.n)
         if self.material.breaks:
@@ -117,16 +124,20 @@ class SolidGroup(Rest):
         external = total(self.loads.work, self.nodes.n) if self.loads.acts else 0.0
         return Entries(total(self.nodes.kinetic, self.nodes.n), external, internal, numerical)
 
+    def given(self) -> float:
+        """The chemical energy of explosives."""
+        return sum(chemical(body) * float(body.mesh.volumes.sum()) for body in self.solids)
+
     def look(self, now: Now) -> None:
-        """RunStopped where a node is faster than sound in its body."""
-        if self.reducer.largest(self.nodes.v, self.nodes.n) <= self.sound.min():
+        """RunStopped where a node is faster than its body's limit."""
+        if self.reducer.largest(self.nodes.v, self.nodes.n) <= self.limit.min():
             return
         speeds = np.linalg.norm(runtime.get(self.nodes.v, self.nodes.n).astype(np.float64), axis=1)
-        for body, sound in zip(self.solids, self.sound):
-            if not (speeds[body.nodes.rows] <= sound).all():
+        for body, limit in zip(self.solids, self.limit):
+            if not (speeds[body.nodes.rows] <= limit).all():
                 i, moves = fastest(self.nodes.v, self.nodes.X, body.nodes.n, body.nodes.first)
                 raise RunStopped(
-                    f"solid '{body.name}': node {i} {moves} at t = {now.time:.6g} s, beyond the sound speed {sound:.4g} m/s; the time step"
+                    f"solid '{body.name}': node {i} {moves} at t = {now.time:.6g} s, beyond {self.named}, {limit:.4g} m/s; the time step"
                     " is likely too long or the load too violent for this spacing: lower numerics.time_step_safety or the load"
                 )
 

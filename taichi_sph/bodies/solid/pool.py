@@ -31,12 +31,18 @@ OWN = {  # constants beside those of shells: unit and meaning
     "melting": ("K", "temperature"),
     "softening": ("", "m, exponent of heat"),
     "warms": ("K m3/J", "rise of temperature by plastic work"),
+    "gas_A": ("Pa", "explosive: A of its gas"),
+    "gas_B": ("Pa", "explosive: B of its gas"),
+    "R1": ("", "explosive"),
+    "R2": ("", "explosive"),
+    "omega": ("", "explosive"),
+    "front": ("m/s", "explosive: speed of the detonation"),
 }
 
 
 class SolidMaterial(MaterialPool):
     """Constants of the materials, one row a body. `brittle`: of concrete; `heats`: temperature is followed; `principal`, `rubs`: of
-    concrete, its strain of damage and whether rubble rubs; `damps`: some body has bulk viscosity."""
+    concrete, its strain of damage and whether rubble rubs; `burns`: an explosive; `damps`: some body has bulk viscosity."""
 
     constants = CONSTANTS | OWN
 
@@ -47,9 +53,11 @@ class SolidMaterial(MaterialPool):
         self.heats = getattr(strength, "heat", None) is not None
         self.principal = self.brittle and getattr(damage, "strain", "") == "principal"
         self.rubs = self.brittle and bool(getattr(damage, "rubble", False))
+        self.burns = materials[0].burns is not None
         self.damps = any(viscous)
         self.rows = iter(range(len(materials)))
         super().__init__([Sheet(material, 0.0) for material in materials], False, name)
+        self.remembers = self.remembers or self.burns
 
     def _constants(self, sheet: Sheet) -> dict[str, float]:
         m = sheet.material
@@ -71,6 +79,8 @@ class SolidMaterial(MaterialPool):
             strength: Any = m.strength
             heat = strength.heat
             values |= {"room": heat.room, "melting": heat.melting, "softening": heat.m, "warms": heat.share / (m.density * heat.capacity)}
+        if (gas := m.burns) is not None:
+            values |= {"gas_A": gas.A, "gas_B": gas.B, "R1": gas.R1, "R2": gas.R2, "omega": gas.omega, "front": gas.speed}
         return values
 
 
@@ -123,7 +133,29 @@ class SolidCells(Pool):
             )
             put(self.rupture_time, np.full(n, np.nan))
         if material.remembers:
-            self._history(material, body)
+            self._residual()
+            (self._gas if material.burns else self._history)(material, body)
+
+    def _residual(self) -> None:
+        """What becomes of the stiffness of the residual."""
+        n, field = self.n, self.field
+        self.uneven = field("uneven", n, unit="m2", doc="sum of the squares of the residuals of the last step", keeps=True)
+        self.softer = field("softer", n, doc="stiffness of the residual over that while sound", keeps=True)
+        self.lost = field("lost", n, dtype="f64", unit="J", doc="taken by damage, or from the residual of a gas, so far", keeps=True)
+        runtime.put(self.softer, np.ones(n))
+
+    def _gas(self, material: SolidMaterial, body: np.ndarray) -> None:
+        """What explosives keep (explosive.py); `start` writes when they are lit."""
+        n, field = self.n, self.field
+        self.lit = field("lit", n, dtype="f64", unit="s", doc="when the front reaches the middle of a cell")
+        self.burnt = field("burnt", n, doc="share of the cell that is gas", keeps=True, shown="burnt")
+        self.pressure = field("pressure", n, unit="Pa", doc="of the gas", keeps=True, shown="pressure")
+        self.viscosity = field("viscosity", n, unit="Pa", doc="bulk viscosity of the gas", keeps=True)
+        self.energy = field("energy", n, unit="J/m3", doc="of the gas, its chemical one with it, per volume of the reference", keeps=True)
+        self.held = field("held", n, unit="J/m3", doc="elastic energy of what is not burnt", keeps=True)
+        self.stress = field("stress", n, 9, unit="Pa", doc="P, first of Piola and Kirchhoff, of the last step, row by row", keeps=True)
+        self.gradient = field("gradient", n, 9, doc="F of the last step, row by row", keeps=True)
+        runtime.put(self.gradient, np.tile(np.eye(3).ravel(), (n, 1)))
 
     def _history(self, material: SolidMaterial, body: np.ndarray) -> None:
         """What laws that remember keep (metal.py, concrete.py)."""
@@ -133,11 +165,7 @@ class SolidCells(Pool):
         self.stress = field(
             "stress", n, 6, unit="Pa", doc="effective Kirchhoff stress, turned back; of concrete the deviator of the whole", keeps=True
         )
-        self.uneven = field("uneven", n, unit="m2", doc="sum of the squares of the residuals of the last step", keeps=True)
-        self.softer = field("softer", n, doc="stiffness of the residual over that while sound", keeps=True)
         runtime.put(self.back, np.tile([1.0, 1.0, 1.0, 0.0, 0.0, 0.0], (n, 1)))
-        runtime.put(self.softer, np.ones(n))
-        self.lost = field("lost", n, dtype="f64", unit="J", doc="taken by damage so far", keeps=True)
         if material.damages:
             self.damage = field("damage", n, doc="D, as the law alone would have it", keeps=True)
             self.delayed = field("delayed", n, doc="D_r <= D, what the stress feels (T 2.73)", keeps=True, shown="damage")

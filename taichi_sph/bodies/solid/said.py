@@ -6,11 +6,11 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, StrictBool, model_validator
 
-from ...scene.base import Body, Choice, Frozen
+from ...scene.base import Body, Choice, Direction, Frozen, Point
 from ...scene.kinds import Kind
 from ...scene.materials import Material
 from ...scene.solids import Made, Shape
-from ...scene.units import Dimensionless, Length, show
+from ...scene.units import Dimensionless, Length, Time, show
 
 
 class Trilinear(Frozen):
@@ -31,8 +31,24 @@ class Particles(Frozen):
     stabilisation: Annotated[Dimensionless, Field(ge=0, le=1)] = 1.0 / 6.0
 
 
+class Detonation(Frozen):
+    """Where and when an explosive is lit: a front that begins at a `point`, or, with a `normal`, at the plane through it, and runs along
+    that."""
+
+    point: Point
+    normal: Direction | None = None
+    time: Annotated[Time, Field(ge=0)] = 0.0
+
+    @model_validator(mode="after")
+    def _has_direction(self) -> Detonation:
+        if self.normal is not None and not any(self.normal):
+            raise ValueError("normal is (0, 0, 0): give the direction in which the front runs, or leave it out for a front from a point")
+        return self
+
+
 class Solid(Body):
-    """A solid body: shape, material, form. `spacing` as in the numerics of the scene, for this body alone."""
+    """A solid body: shape, material, form. `spacing` as in the numerics of the scene, for this body alone. `detonation`: of a body of
+    explosive."""
 
     bears: ClassVar[frozenset[str]] = frozenset({"forces", "motions", "initial", "probes"})
     what: ClassVar[str] = "solid"
@@ -44,6 +60,7 @@ class Solid(Body):
     formulation: Annotated[Trilinear | Particles, *Choice] = Trilinear()
     spacing: Annotated[Length, Field(gt=0)] | None = None
     viscous: StrictBool = False  # bulk viscosity in compression, which takes the ringing behind a front
+    detonation: Detonation | None = None
 
     @model_validator(mode="after")
     def _believable(self) -> Solid:
@@ -55,6 +72,12 @@ class Solid(Body):
         for key in ("alpha", "kappa", "layers"):  # a scene that was read back has all keys: what counts is another value
             if material.strength is not None and getattr(material.strength, key) != type(material.strength).model_fields[key].default:
                 raise ValueError(f"material.strength.{key} is of the cross-section of a shell, and '{self.name}' is a solid; leave it out")
+        if material.burns is None and self.detonation is not None:
+            raise ValueError(f"detonation: '{self.name}' is no explosive; give its material `burns`, or leave it out")
+        if material.burns is not None and self.detonation is None:
+            raise ValueError(f"detonation is missing: '{self.name}' is an explosive; say where it is lit, Detonation(point=...)")
+        if material.burns is not None and self.viscous:
+            raise ValueError(f"viscous: the gas of an explosive has its own bulk viscosity; leave it out of '{self.name}'")
         if self.formulation.kind == "particles" and material.critical_damage is not None:
             raise ValueError(
                 f"material.critical_damage: particles of a solid do not part yet, and '{self.name}' is of them; leave it out, and damage "

@@ -1,7 +1,8 @@
 """The stable step of a group of solids: 2 / omega_max of M^-1 K at rest, by Lanczos' iteration with the force kernels themselves.
 
 What is stretched is stiffer or softer on the reference: a metal that is compressed to l of its length by 1/l^2, an elastic body that is
-stretched by 1 + 3 E. So cells say how much stiffer they are (forces.py), and the step follows the stiffest, with some room. It never grows
+stretched by 1 + 3 E. Bulk viscosity of ratio z to the critical one takes a factor sqrt(1 + z^2) - z of the step (Belytschko, Liu, Moran
+2000, 6.2). So cells say how much stiffer they are (forces.py), and the step follows the stiffest, with some room. It never grows
 again.
 """
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 ROOM = 1.05  # of the frequency beyond what the stiffest cell needs
 LOOK_EVERY = 10  # steps
+BURNS = 2.5  # of the frequency: bulk viscosity in the front of a detonation
 PROBE = {"f64": 1e-7, "f32": 1e-4}  # strain of a displacement that asks for K
 
 
@@ -34,6 +36,9 @@ class StableStep(Pool):
         self.group = group
         self.safety = group.scene.numerics.time_step_safety
         self.stiffer = 1.0
+        if group.material.burns:  # burnt, a cell is far stiffer than before, sooner than the next look
+            front = np.array(group.material.numbers("front")) / np.array(group.material.numbers("sound"))
+            self.stiffer = BURNS * max(1.0, float(front.max()))
         self.blocks = -(-group.cells.n // BLOCK)
         self.partial = self.field("partial", self.blocks, dtype="f64", doc="scratch")
         self.frequency = self._measure()

@@ -13,7 +13,7 @@ from ...errors import SceneError, nearest
 from ...scene import Scene
 from ...scene.check import shortened
 from ..folder import RunFolder
-from . import column, cracks, entry, fluid, fragments, leak, perforation, plates, solids, waves
+from . import column, cracks, entry, expansion, fluid, fragments, leak, perforation, plates, solids, waves
 
 Measure = Callable[..., float | None]
 
@@ -75,6 +75,9 @@ MEASURES: dict[str, tuple[Measure, str]] = {  # name -> function, unit
     "momentum_drift": (fluid.momentum_drift, ""),
     "body_length": (solids.body_length, "m"),
     "body_diameter": (solids.body_diameter, "m"),
+    "expansion_speed": (expansion.expansion_speed, "m/s"),
+    "expansion_speed_max": (expansion.expansion_speed_max, "m/s"),
+    "cone_angle": (expansion.cone_angle, "deg"),
     "layer_pressure": (fluid.layer_pressure, "Pa"),
     "face_pressure": (column.face_pressure, "Pa"),
     "face_pressure_peak": (column.face_pressure_peak, "Pa"),
