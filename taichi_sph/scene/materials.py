@@ -124,13 +124,15 @@ class Mazars(Frozen):
 class LemaitreChaboche(Frozen):
     """Ductile damage, linear in the plastic strain (T 2.62, 2.66): 0 up to `threshold`, `critical` at `rupture`, both
     true plastic strains of uniaxial tension. `necks`: `rupture` is the strain in a neck, and a cell wider than the sheet is
-    thick breaks at the mean of the neck and the sheet beside it (laws/necking.py)."""
+    thick breaks at the mean of the neck and the sheet beside it (laws/necking.py). `scatter`: of both strains from cell to cell, standard
+    deviation over mean (laws/scatter.py); `numerics.seed` chooses among them."""
 
     kind: Literal["lemaitre_chaboche"] = "lemaitre_chaboche"
     threshold: Annotated[Dimensionless, Field(ge=0)]  # eps_d, eps_p^s
     rupture: Annotated[Dimensionless, Field(gt=0)]  # eps_r, eps_p^c
     critical: Annotated[Dimensionless, Field(gt=0, le=1)]  # D_c
     necks: StrictBool | None = None
+    scatter: Annotated[Dimensionless, Field(ge=0.001, le=0.5)] | None = None
 
     @model_validator(mode="after")
     def _grows(self) -> LemaitreChaboche:
@@ -217,10 +219,12 @@ class Material(Frozen):
 
     @property
     def laws(self) -> tuple:
-        """What is compiled for it: strength (none; by a table, with rates, layers), damage, delay, rupture. Numbers do not count."""
+        """What is compiled for it: strength (none; by a table, with rates, layers), damage and its scatter, delay, rupture. Numbers do not
+        count."""
         strength = self.strength
         hardens = None if strength is None else (strength.kind == "table", strength.kind == "johnson_cook", strength.layers)
-        return hardens, self.damage is not None, self.delay is not None, self.critical_damage is not None
+        damages = (self.damage is not None, getattr(self.damage, "scatter", None) is not None)
+        return hardens, damages, self.delay is not None, self.critical_damage is not None
 
     @model_validator(mode="after")
     def _believable(self) -> Material:

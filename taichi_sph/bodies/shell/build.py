@@ -10,6 +10,7 @@ import numpy as np
 
 from ...geometry.mesh import SurfaceMesh, joined
 from ...geometry.regions import cells_in, nodes_in
+from ...laws.scatter import shares
 from ...scene import Ramp, Scene, Step
 from ...scene.histories import Points
 from ...scene.numerics import Numerics
@@ -137,12 +138,28 @@ def build(scene: Scene, some: Sequence[Part], suffix: str = "", per_cell: int = 
         spared = np.concatenate([np.any([cells_in(region, body.mesh) for region in body.said.sound], axis=0) for body in bodies])
     of_cell = by_cell(bodies, numbers)
     sheets = None if all(body.made.even for body in bodies) else np.concatenate([body.first_sheet + body.made.of for body in bodies])
+    tough = np.concatenate([_tough(body) for body in bodies]) if material.scatters else None
     if per_cell == 1:
         cells = Cells(mesh, nodes, material, spared, of_cell, sheets, f"cells{suffix}")
+        if tough is not None:
+            cells.scatter(tough)
         return Model(tuple(bodies), mesh, nodes, cells, cells, material)
     spared, sheets = (None if of is None else np.repeat(of, per_cell) for of in (spared, sheets))
     points = StressPoints(per_cell * len(mesh.cells), nodes, material, spared, np.repeat(of_cell, per_cell), sheets, f"points{suffix}")
+    if tough is not None:
+        points.scatter(np.repeat(tough, per_cell))
     return Model(tuple(bodies), mesh, nodes, Topology(mesh, nodes, f"cells{suffix}"), points, material)
+
+
+def _tough(body: ShellBody) -> np.ndarray:
+    """(M,) share of the strains of damage that each cell of a body has."""
+    variation = [getattr(sheet.material.damage, "scatter", None) for sheet in body.made.sheets]
+    found = np.ones(len(body.mesh.cells))
+    for k, one in enumerate(variation):
+        own = body.made.of == k
+        if one and own.any():
+            found[own] = shares(body.mesh.centres[own], one, body.numerics.seed)
+    return found
 
 
 def quarters(bodies: Sequence[ShellBody], of_cells: np.ndarray | None = None) -> np.ndarray:

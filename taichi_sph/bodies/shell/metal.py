@@ -136,12 +136,14 @@ def _rate2(d: ti.template()):
 
 
 @ti.func
-def _damaged(material: ti.template(), b, D, delayed, p, dp, ratio2, dt):
-    """(D, D_r) after a step in which the plastic strain grew by dp to p."""
-    after = delayed
+def _damaged(cells: ti.template(), material: ti.template(), s, b, D, delayed, p, dp, ratio2, dt):
+    """(D, D_r) of cell s after a step in which the plastic strain grew by dp to p."""
+    after, begins, ends = delayed, material.eps_d[b], material.eps_r[b]
+    if ti.static(material.scatters):
+        begins, ends = begins * cells.tough[s], ends * cells.tough[s]
     if dp > 0.0:
         R = ductile.triaxiality(material.poisson[b], ratio2)
-        D = ti.min(D + ductile.growth(p, dp, R, material.eps_d[b], material.eps_r[b], material.D_c[b]), 1.0)
+        D = ti.min(D + ductile.growth(p, dp, R, begins, ends, material.D_c[b]), 1.0)
     if ti.static(material.delays):
         if D > delayed:
             after = delay.advance(delayed, D, material.a[b], material.tau_c[b], dt)
@@ -225,7 +227,7 @@ def _section(cells: ti.template(), material: ti.template(), s, d: ti.template(),
             if dp > 0.0 or cells.damage[s] > D_0:
                 if not _spared(cells, s):
                     ratio2 = von_mises.pressure2(stress, alpha) / ti.max(von_mises.equivalent2(stress, alpha, kappa), 1e-30)
-                    D, D_r = _damaged(material, b, cells.damage[s], D_0, p, dp, ratio2, dt)
+                    D, D_r = _damaged(cells, material, s, b, cells.damage[s], D_0, p, dp, ratio2, dt)
                     D_1 = D_r
                     cells.damage[s], cells.delayed[s] = D, D_1
                     if D_1 > D_0:
@@ -287,7 +289,7 @@ def _layered(cells: ti.template(), material: ti.template(), s, d: ti.template(),
         if ti.static(material.damages):
             if dt > 0.0 and not _spared(cells, s):
                 ratio2 = von_mises.pressure2(stress, zero) / ti.max(von_mises.equivalent2(stress, zero, zero), 1e-30)
-                D, D_r = _damaged(material, b, state[4], D_0, state[0], dp, ratio2, dt)
+                D, D_r = _damaged(cells, material, s, b, state[4], D_0, state[0], dp, ratio2, dt)
                 D_1 = D_r
                 state[4], state[5] = D, D_1
                 lost += w * 0.5 * (D_1 - D_0) * compliance(material, b, sheared, before, stress)

@@ -78,6 +78,11 @@ class StressPoints(Pool):
         self.n_new = self.field("n_new", 1, dtype="i32", doc="how many they are")
         runtime.put(self.rupture_time, np.full(n, np.nan))
 
+    def scatter(self, tough: np.ndarray) -> None:
+        """tough (n,): share of the plastic strains of damage that each point has."""
+        self.tough = self.field("tough", self.n, doc="over the mean of the material, the plastic strains of damage of this point")
+        runtime.put(self.tough, tough)
+
     def _metal(self, material: "MaterialPool", bends: bool, sheet: np.ndarray) -> None:
         """History of a metal (bodies/shell/metal.py); of a bent shell in layers, at every layer as well."""
         first = material.first[sheet]
@@ -220,7 +225,7 @@ CONSTANTS = {  # of a material: unit and meaning
 class MaterialPool(Pool):
     """Constants of the materials, one row a sheet (sections.py), as fields so that changing a number recompiles nothing.
 
-    Which laws there are (`yields`, `damages`, `delays`, `breaks`; `remembers`: any history) is a constant of the run: what
+    Which laws there are (`yields`, `damages`, `scatters`, `delays`, `breaks`; `remembers`: any history) is a constant of the run: what
     a scene does not ask for is not compiled. All bodies of a pool have the same laws (build.laws).
     """
 
@@ -232,6 +237,7 @@ class MaterialPool(Pool):
         one = sheets[0].material
         self.yields = one.strength is not None
         self.damages = one.damage is not None
+        self.scatters = getattr(one.damage, "scatter", None) is not None
         self.delays = one.delay is not None
         self.remembers = self.yields or self.damages
         self.breaks = one.critical_damage is not None

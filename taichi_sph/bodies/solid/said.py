@@ -67,6 +67,8 @@ class Solid(Body):
         material = self.material
         if material.damage is not None and material.damage.kind == "mazars":
             raise ValueError(f"material.damage: 'mazars' is a law of shells, in plane stress; solid '{self.name}' takes 'concrete'")
+        if getattr(material.damage, "scatter", None):
+            raise ValueError(f"material.damage.scatter: not possible yet for solids, and '{self.name}' is one; leave it out")
         if getattr(material.damage, "necks", None):
             raise ValueError(f"material.damage.necks is of sheets, and '{self.name}' is a solid; leave it out")
         for key in ("alpha", "kappa", "layers"):  # a scene that was read back has all keys: what counts is another value
