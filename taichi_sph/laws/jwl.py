@@ -8,6 +8,8 @@ negative at the front; with the form above the constants of T table 2.12 give th
 Along an isentrope dE = -p dV, so rho_0 c^2 = -V^2 dp/dV = -V^2 f'(V) + w (E + p V) with f the first two terms.
 """
 
+from typing import Any
+
 import numpy as np
 
 from ..runtime import ti
@@ -31,13 +33,13 @@ def modulus(material: ti.template(), b, V, E, p):
     return ti.max(-V * V * slope + w * (E + p * V), 0.0)
 
 
-def pressure(gas, V, E):
+def pressure(gas: Any, V: Any, E: Any) -> Any:
     """p [Pa] outside kernels, of numbers or arrays; gas: A, B [Pa], R1, R2, omega."""
     first = gas.A * (1.0 - gas.omega / (gas.R1 * V)) * np.exp(-gas.R1 * V)
     return first + gas.B * (1.0 - gas.omega / (gas.R2 * V)) * np.exp(-gas.R2 * V) + gas.omega * E / V
 
 
-def detonation(gas, density: float) -> tuple[float, float, float]:
+def detonation(gas: Any, density: float) -> tuple[float, float, float]:
     """(speed [m/s], pressure [Pa], V) of the state of Chapman and Jouguet: of all states that conserve mass, momentum and energy across a
     front, E = E_0 + p (1 - V) / 2, the one that the slowest front leads to, where it runs with sound behind it. gas.energy: E_0 [Pa]."""
     from scipy.optimize import minimize_scalar

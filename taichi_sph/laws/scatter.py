@@ -4,8 +4,8 @@ No piece of metal tears everywhere at once: weak places tear first, and unload w
 ring that is stretched evenly falls into pieces of some size, where one without scatter turns to dust.
 
 The strains at which damage begins and is complete are those of the material times a share for each cell, with Weibull's distribution
-(1951), mean 1. The share belongs to the place of the cell and the seed, not to its number: it is the same however many bodies there are, and
-when a patch grows.
+(1951), mean 1. The share belongs to the place of the cell and the seed, not to its number: it is the same however many bodies there are
+and when a patch grows.
 """
 
 from __future__ import annotations

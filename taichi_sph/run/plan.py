@@ -17,6 +17,7 @@ from ..bodies.fluid.said import Fluid
 from ..bodies.rigid import solid as rigid_bodies
 from ..bodies.shell.parts import Part, Split, meshed, parts, split_of
 from ..bodies.shell.sections import Sheet, Sheets, sheets_of
+from ..bodies.solid.said import hastened
 from ..couplings.welds.places import welded
 from ..errors import SceneError
 from ..geometry.cuts import cells_cut
@@ -356,7 +357,7 @@ def _of_cells(solid: Solid, scene: Scene, size: tuple[int, int], mass: float, fi
         thickness=0.0,
         spacing_min=finest,
         spacing_max=scene.numerics_of(solid).spacing,
-        dt=scene.numerics.time_step_safety * SOLID_STEP[kind] * finest * math.sqrt(m.density / (m.young * pressed)),
+        dt=scene.numerics.time_step_safety * SOLID_STEP[kind] * finest * math.sqrt(m.density / (m.young * pressed)) / hastened(m),
         note=note,
         memory=size[0] * SOLID_BYTES_PER_NODE[kind],
     )

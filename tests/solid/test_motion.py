@@ -15,12 +15,14 @@ from taichi_sph.scene import (
     Output,
     Perfect,
     Pinball,
+    Plate,
     PrescribedVelocity,
     Probe,
     Rigid,
     Rod,
     Rotation,
     Scene,
+    Shell,
     Solid,
     Spring,
 )
@@ -155,6 +157,30 @@ def test_a_ball_bounces_off_a_block():
 def test_contact_restarts_and_threads():
     restarts_exactly(struck, 40, 40)
     threads_change_nothing(struck, 80)
+
+
+def test_a_fine_sheet_meets_the_faces_of_a_coarse_block():
+    """Of 25 nodes of the sheet over each face of the block none sinks in, though 9 in 10 are far from its nodes."""
+    block = Solid(name="block", shape=Brick(size=(0.24, 0.24, 0.08)), material=Material(**STEEL), spacing=0.08)
+    sheet = Shell(
+        name="sheet", surface=Plate(length=0.2, width=0.2, origin=(0.02, 0.02, 0.081)), thickness=1e-3, material=Material(**STEEL),
+        motion="free", spacing=0.016,
+    )  # fmt: skip
+    scene = Scene(
+        name="sheet", title="Sheet", source="tests", duration=2e-4, shells=[sheet], solids=[block],
+        initial=[InitialVelocity(body="sheet", velocity=(0, 0, -10))], numerics=Numerics(spacing=0.016),
+    )  # fmt: skip
+    world = start(scene)
+    world.advance_to(scene.duration)
+    shell, group = world.shell, group_of(world)
+    height = shell.mesh.points[:, 2] + runtime.get(shell.nodes.u, shell.nodes.n)[:, 2] - 0.5e-3
+    top = group.mesh.points[:, 2] > 0.079
+    surface = group.mesh.points[top, 2] + runtime.get(group.nodes.u, group.nodes.n)[top, 2]
+    assert height.min() > surface.min() - 1e-6
+    momentum = runtime.get(shell.nodes.mass, shell.nodes.n) @ runtime.get(shell.nodes.v, shell.nodes.n)
+    momentum += runtime.get(group.nodes.mass, group.nodes.n) @ runtime.get(group.nodes.v, group.nodes.n)
+    assert momentum == pytest.approx([0, 0, -10 * 7800 * 0.2**2 * 1e-3], abs=1e-9)
+    energies_close(world, 0.5)
 
 
 @pytest.mark.long

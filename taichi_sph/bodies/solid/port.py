@@ -3,7 +3,8 @@
 The disc lies half its thickness below its node, so that its outer side is the surface itself. With its rim it reaches as far as the nearest
 node along an edge: to the edge of the body and not beyond it, also where the cells beside the edge are pressed flat. Where faces meet at an
 angle (an edge, a corner, the lip of a crater) the disc is a small ball that touches all of them from inside. A node without live cells, a
-fragment, is a ball about itself. A face is on the surface while one of its two cells lives.
+fragment, is a ball about itself. A face is on the surface while one of its two cells lives. It goes through the middles of the discs at its
+corners and is as thick as they are, so nodes of other bodies meet the surface itself between its nodes as well.
 """
 
 from typing import Any
@@ -15,7 +16,7 @@ from ...pool import Pool
 from ...runtime import ti
 from ..body import Now, Span
 from ..nodal.loads import history
-from ..surface import BODY, DISC, FIRST, MOVER, THIN, Discs, Surface
+from ..surface import BODY, DISC, FACE, FIRST, MOVER, THIN, Discs, Faces, Surface
 
 SLIM = 0.2  # half the thickness of a disc over the shortest edge about its node in the reference
 FLAT = 0.9  # cosine between the normal of a node and that of its faces: below it the node is on an edge
@@ -58,6 +59,7 @@ class Skin(Pool):
             np.minimum.at(size, other, length)
         self.shortest = float(size.min())
         self.halves = SLIM * size[self.numbers]
+        self.movers = np.where(nodes < 0, -1, slot[nodes])  # at the corners of each face
         runtime.put(self.half, self.halves)
 
 
@@ -71,6 +73,7 @@ class SolidSurface(Surface):
         self.bounce = [None] * len(self.bodies)
         body = np.repeat(np.arange(len(self.bodies)), [span.n for span in self.bodies])[self.skin.numbers]
         still = np.zeros(self.n, np.int32)
+        self.faces = Faces(self.skin.movers)
         self.discs = Discs(body, self.skin.halves, (1.0 / SLIM - 1.0) * self.skin.halves, still, group.mesh.points[self.skin.numbers])
 
     @property
@@ -86,6 +89,8 @@ class SolidSurface(Surface):
 
     def look(self, port: Any, places: bool) -> None:
         _look(port, self, self.n, len(self.bodies), self.first, int(places), int(port.thin))
+        if port.thin and places:
+            _look_faces(port, self, len(self.skin.movers), len(self.bodies), self.first)
 
     def offer(self, port: Any, first: int, last: int, now: Now) -> None:
         shaped = hasattr(port, "disc_radius")  # contact looks at discs, springs do not
@@ -175,6 +180,27 @@ def _look(port: ti.template(), of: ti.template(), n: ti.i32, bodies: ti.i32, at:
                 port.disc_sound[d], port.disc_radius[d] = ti.select(radius > 0.0, 1, 0), radius
                 if radius > port.largest[b]:
                     ti.atomic_max(port.largest[b], radius)
+
+
+@ti.kernel
+def _look_faces(port: ti.template(), of: ti.template(), n: ti.i32, bodies: ti.i32, at: FIRST):
+    """After `_look`, which has put the discs below their nodes. Faces that are not on the surface have no reach."""
+    for b in range(at[BODY], at[BODY] + bodies):
+        port.widest_face[b] = 0.0
+    for f in range(n):
+        corners = port.face_disc[at[FACE] + f]
+        b = port.disc_body[corners[0]]
+        sides = ti.select(corners[3] < 0, 3, 4)
+        x = ti.Vector([0.0, 0.0, 0.0], ti.f64)
+        for k in range(sides):
+            x += port.disc_x[corners[k]] / sides
+        reach = ti.cast(-1.0, ti.f64)
+        if _normal(of.skin, of.nodes, of.cells, f).norm_sqr() > 0.0:
+            for k in range(sides):
+                reach = ti.max(reach, (port.disc_x[corners[k]] - x).norm())
+            if reach > port.widest_face[b]:
+                ti.atomic_max(port.widest_face[b], reach)
+        port.face_x[at[FACE] + f], port.face_reach[at[FACE] + f] = x, reach
 
 
 @ti.kernel

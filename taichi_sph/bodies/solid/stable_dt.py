@@ -16,13 +16,13 @@ from ...numerics.reduce import BLOCK
 from ...pool import Pool
 from ..body import Now
 from .forces import gather, stiffest, strain
+from .said import hastened
 
 if TYPE_CHECKING:
     from .group import SolidGroup
 
 ROOM = 1.05  # of the frequency beyond what the stiffest cell needs
 LOOK_EVERY = 10  # steps
-BURNS = 2.5  # of the frequency: bulk viscosity in the front of a detonation
 PROBE = {"f64": 1e-7, "f32": 1e-4}  # strain of a displacement that asks for K
 
 
@@ -37,8 +37,7 @@ class StableStep(Pool):
         self.safety = group.scene.numerics.time_step_safety
         self.stiffer = 1.0
         if group.material.burns:  # burnt, a cell is far stiffer than before, sooner than the next look
-            front = np.array(group.material.numbers("front")) / np.array(group.material.numbers("sound"))
-            self.stiffer = BURNS * max(1.0, float(front.max()))
+            self.stiffer = max(hastened(body.said.material) for body in group.solids)
         self.blocks = -(-group.cells.n // BLOCK)
         self.partial = self.field("partial", self.blocks, dtype="f64", doc="scratch")
         self.frequency = self._measure()
