@@ -13,6 +13,8 @@ fast the gas alone would make its wall.
     python scenes/exploding_cylinder.py --quality draft --out DIR
 """
 
+import math
+
 from taichi_sph.scene import (
     Cylinder,
     Detonation,
@@ -35,8 +37,9 @@ from taichi_sph.scene import (
 
 OUTSIDE, THICKNESS, HEIGHT = 50.8e-3, 3e-3, 203.2e-3  # m
 INSIDE = 0.5 * OUTSIDE - THICKNESS  # m, radius
-SPACING = {"draft": 2.5e-3, "standard": 1.2e-3, "paper": 0.8e-3}  # m, of the tube; T: 0.5 mm
 OVER_RADIUS = {"draft": 8, "standard": 12, "paper": 16}  # cells of the explosive; T: 16
+CORE = 0.65  # of the mesh of the explosive: as many cells around as there may be
+FINER = {"draft": 1, "standard": 2, "paper": 2}  # nodes of the tube to one of the gas around it, so that all of these drive as much; T: 2.8
 RUPTURE = 0.91  # in uniaxial tension
 SCATTER = 0.1  # of that from cell to cell
 LX17 = Material(
@@ -57,8 +60,11 @@ def scene(
     spacing: Length | None = None,
     over_radius: int | None = None,
 ) -> Scene:
-    d, size = spacing or SPACING[quality], INSIDE / (over_radius or OVER_RADIUS[quality])
-    fits = INSIDE - 0.55 * size**2 / INSIDE  # the surface of the gas is flat from node to node, and stands out between them
+    size = INSIDE / (over_radius or OVER_RADIUS[quality])
+    around = 8 * max(1, round(CORE * INSIDE / size))
+    d = spacing or math.pi * (OUTSIDE - THICKNESS) / (FINER[quality] * around)
+    flat = 2 * math.pi * INSIDE / around  # m: the surface of the gas is flat so far around a node, and stands out there
+    fits = INSIDE - 0.55 * flat**2 / INSIDE
     steel = material("AISI 1018")
     ductile = LemaitreChaboche(threshold=steel.damage.threshold, rupture=RUPTURE, critical=steel.damage.critical, scatter=scatter or None)
     laws = {"damage": ductile} if ruptures else dict.fromkeys(("damage", "delay", "critical_damage"))
@@ -81,7 +87,7 @@ def scene(
         solids=[
             Solid(
                 name="gas",
-                shape=Rod(radius=fits, length=HEIGHT),
+                shape=Rod(radius=fits, length=HEIGHT, core=CORE),
                 material=LX17,
                 spacing=size,
                 detonation=Detonation(point=(0, 0, 0), normal=(0, 0, 1)),

@@ -132,7 +132,8 @@ def _lattice(nx: int, ny: int, nz: int) -> np.ndarray:
 
 
 def disc(rings: int, half: int, core: float) -> tuple[np.ndarray, np.ndarray]:
-    """A unit disc of quadrangles: a core of 2 half x 2 half cells, then rings. Returns (N, 2) points and (M, 4) corners."""
+    """A unit disc of quadrangles: a core of 2 half x 2 half cells, then rings, the rim with 8 half nodes at equal angles. Returns (N, 2)
+    points and (M, 4) corners."""
     side = 2 * half
     s = np.linspace(-1.0, 1.0, side + 1)
     y, x = np.meshgrid(s, s, indexing="ij")
@@ -148,7 +149,7 @@ def disc(rings: int, half: int, core: float) -> tuple[np.ndarray, np.ndarray]:
     rim += [(side, i) for i in range(side, 0, -1)] + [(j, 0) for j in range(side, 0, -1)]
     ring = np.array([j * (side + 1) + i for j, i in rim])
     start = points[0][ring]
-    turn = np.array([np.arctan2(s[j], s[i]) for j, i in rim])
+    turn = 2.0 * np.pi * (np.arange(len(rim)) / len(rim) - 0.375)  # evenly: what touches the rim sees no corners of the core
     edge = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     k = np.arange(side * side)
     corner = (k // side) * (side + 1) + k % side
