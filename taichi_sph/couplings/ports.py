@@ -130,6 +130,7 @@ class Port(Places):
                 w = s.walls
                 mine = slice(first.point, first.point + len(w.arm))
                 ball_mover[mine], ball_body[mine], arm[mine] = first.mover + w.mover, first.body + w.body, w.arm
+                body[first.mover + w.mover] = first.body + w.body  # its balls may be left out
                 behind[first.body + np.unique(w.body)] = 1
                 begin = first.point - (self.n_wide - self.n_points)
                 tip[begin : begin + len(w.arm)] = w.tip
