@@ -29,6 +29,11 @@ class Balls:
     radius: np.ndarray
     arm: np.ndarray | None = None
 
+    def of(self, bodies: np.ndarray) -> Balls | None:
+        """Those of some bodies: a mask of the group's."""
+        own = bodies[self.body]
+        return Balls(self.mover[own], self.body[own], self.radius[own], None if self.arm is None else self.arm[own]) if own.any() else None
+
 
 @dataclass(frozen=True)
 class Discs:
@@ -55,6 +60,21 @@ class Faces:
     corners: np.ndarray
 
 
+@dataclass(frozen=True)
+class Walls:
+    """The skin of bodies that turn, met from outside: triangles between points that are fixed to a mover.
+
+    mover and body (V,) in the group, of each point; arm (V, 3) [m]: from the mover's place at t = 0, turning with it; tip (V,): 1 where
+    the skin is convex, so that a point can be the first to touch; corners (T, 3): points of each triangle, round its outer normal.
+    """
+
+    mover: np.ndarray
+    body: np.ndarray
+    arm: np.ndarray
+    tip: np.ndarray
+    corners: np.ndarray
+
+
 class First(NamedTuple):
     """Where a group's numbers begin among those of all groups. Kernels take it as FIRST."""
 
@@ -64,10 +84,12 @@ class First(NamedTuple):
     thin: int = 0
     disc: int = 0
     face: int = 0
+    point: int = 0
+    wall: int = 0
 
 
 FIRST = ti.types.vector(len(First._fields), ti.i32)
-MOVER, BODY, BALL, THIN, DISC, FACE = range(len(First._fields))  # its columns
+MOVER, BODY, BALL, THIN, DISC, FACE, POINT, WALL = range(len(First._fields))  # its columns
 
 
 class Surface:
@@ -75,10 +97,11 @@ class Surface:
 
     bodies: the group's; n: movers; turns: whether its movers turn (offers then fill the fields of what turns); few: so few balls that each
     is tried against everything; loose: a filling, which may touch its vessel at t = 0; length [m]: the shortest one that contact has to
-    resolve; bounce: Newton's restitution of each body against another that has one, None of bodies that bounce by themselves.
+    resolve; bounce: Newton's restitution of each body against another that has one, None of bodies that bounce by themselves; led: whether
+    nothing pushes a body, for it is held or driven.
 
     balls, discs and faces: the elements. A group with discs has the faces between them as well, and a thin ball of half the thickness at
-    each mover: by these two shells meet.
+    each mover: by these two shells meet. walls: the skin of those bodies that have one. Shells meet that, others the balls behind it.
     """
 
     group: Any  # of the kind that derives
@@ -89,14 +112,21 @@ class Surface:
     loose = False
     length = np.inf
     bounce: Sequence[float | None] = ()
+    led: Sequence[bool] = ()
     balls: Balls | None = None
     discs: Discs | None = None
     faces: Faces | None = None
+    walls: Walls | None = None
     first = First()
 
     @property
     def n_balls(self) -> int:
         return 0 if self.balls is None else len(self.balls.mover)
+
+    @property
+    def skinned(self) -> np.ndarray:
+        """(bodies,) whether a body has walls."""
+        return np.isin(np.arange(len(self.bodies)), [] if self.walls is None else self.walls.body)
 
     @property
     def period(self) -> int:

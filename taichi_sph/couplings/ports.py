@@ -1,9 +1,10 @@
 """Movers and surfaces of all groups under one numbering: what a coupling reads of bodies, and where it leaves impulses.
 
     movers     of the groups that do not turn, then of those that do, in the order of the groups
-    balls      of the groups with many, then the thin balls of discs, then of the groups with few
+    balls      of the groups with many, then the thin balls of discs, then the points of walls, then of the groups with few
     discs      one for each mover of the groups that have them
-    faces      of those groups, where two discs can meet
+    faces      of those groups, where two discs or a disc and a wall can meet
+    walls      triangles of the skins of bodies that turn, where a disc with faces can meet them
 
 A coupling puts movers on the list (`who`, in the order of their numbers). Each group fills the fields of its own part of the list
 (`offer`), the coupling leaves impulses there, and each group takes its own as forces (`take`). Searches alone ask where elements are
@@ -23,14 +24,14 @@ from .places import Places
 class Port(Places):
     """Places for all movers; surfaces, in the order of their movers; names and number of bodies.
 
-    n movers, n_still of them do not turn; n_discs; n_balls, n_many of them of groups with many, n_wide of them those and the thin ones;
-    n_faces, 0 without thin balls.
+    n movers, n_still of them do not turn; n_discs; n_balls, n_many of them of groups with many, n_wide of them those, the thin ones and
+    the n_points of walls; n_faces, 0 without thin balls; n_walls; n_behind balls stand behind walls.
     """
 
-    def __init__(self, surfaces: list[Surface], thin: bool, name: str = "port"):
-        """thin: discs have a thin ball each, and faces between them, for two shells can meet."""
+    def __init__(self, surfaces: list[Surface], thin: bool, walled: bool = False, name: str = "port"):
+        """thin: discs have a thin ball each, and faces between them, for two shells can meet, or (walled) a shell and a wall."""
         self.surfaces = surfaces = sorted(surfaces, key=lambda s: s.turns)
-        self.thin = thin
+        self.thin, self.walled = thin, walled
         self.names = [span.name for s in surfaces for span in s.bodies]
         self.loose = np.array([s.loose for s in surfaces for _ in s.bodies])
         self.n_bodies = len(self.names)
@@ -40,7 +41,9 @@ class Port(Places):
         many = [s for s in surfaces if s.balls is not None and not s.few]
         few = [s for s in surfaces if s.balls is not None and s.few]
         self.n_many = sum(s.n_balls for s in many)
-        self.n_wide = self.n_many + (self.n_discs if thin else 0)
+        skins = [s.walls for s in surfaces if s.walls is not None] if walled else []
+        self.n_points, self.n_walls = sum(len(w.arm) for w in skins), sum(len(w.corners) for w in skins)
+        self.n_wide = self.n_many + (self.n_discs if thin else 0) + self.n_points
         self.n_faces = sum(len(s.faces.corners) for s in surfaces if s.faces is not None) if thin else 0
         self.n_balls = self.n_wide + sum(s.n_balls for s in few)
         balls: dict[int, int] = {}
@@ -48,11 +51,13 @@ class Port(Places):
             for s in some:
                 balls[id(s)] = count
                 count += s.n_balls
-        movers, bodies, discs, faces = 0, 0, 0, 0
+        movers, bodies, discs, faces, points, walls = 0, 0, 0, 0, self.n_wide - self.n_points, 0
         for s in surfaces:
-            s.first = First(movers, bodies, balls.get(id(s), 0), self.n_many + discs if thin else 0, discs, faces)
+            s.first = First(movers, bodies, balls.get(id(s), 0), self.n_many + discs if thin else 0, discs, faces, points, walls)
             movers, bodies, discs = movers + s.n, bodies + len(s.bodies), discs + (s.n if s.discs is not None else 0)
             faces += 0 if s.faces is None else len(s.faces.corners)
+            if s.walls is not None and walled:
+                points, walls = points + len(s.walls.arm), walls + len(s.walls.corners)
         self._fields()
         self._fill()
 
@@ -82,6 +87,13 @@ class Port(Places):
         self.face_disc = field("face_disc", faces, 4, "i32", doc="discs at the corners of a face, the last one -1 in a triangle")
         self.face_x = field("face_x", faces, 3, "f64", unit="m", doc="mean of the corners, at the last search")
         self.face_reach = field("face_reach", faces, dtype="f64", unit="m", doc="to the farthest corner; below 0 where the cell is broken")
+        points, walls = max(self.n_points, 1), max(self.n_walls, 1)
+        self.faced = field("faced", bodies, dtype="i32", doc="1: a body has faces, and meets walls themselves")
+        self.behind = field("behind", bodies, dtype="i32", doc="1: the balls of a body stand behind walls")
+        self.tip = field("tip", points, dtype="i32", doc="1: a point of walls that can be the first to touch")
+        self.wall_point = field("wall_point", walls, 3, "i32", doc="balls at the corners of a wall")
+        self.wall_x = field("wall_x", walls, 3, "f64", unit="m", doc="mean of the corners, at the last search")
+        self.wall_reach = field("wall_reach", walls, dtype="f64", unit="m", doc="to the farthest corner")
         self.widest_face = field("widest_face", bodies, dtype="f64", unit="m", doc="largest reach of a body's faces")
 
     def _fill(self) -> None:
@@ -92,6 +104,9 @@ class Port(Places):
         disc_mover, disc_body = np.zeros(self.n_discs, np.int32), np.zeros(self.n_discs, np.int32)
         half, flat, border = np.zeros(self.n_discs), np.zeros(self.n_discs), np.zeros(self.n_discs, np.int32)
         reference, faces = np.zeros((self.n_discs, 3)), np.zeros((self.n_faces, 4), np.int32)
+        tip, wall, reach = np.zeros(self.n_points, np.int32), np.zeros((self.n_walls, 3), np.int32), np.zeros(self.n_walls)
+        faced, behind = np.zeros(self.n_bodies, np.int32), np.zeros(self.n_bodies, np.int32)
+        self.widest_wall = np.zeros(self.n_bodies)  # m, largest reach of a body's walls
         for s in self.surfaces:
             first = s.first
             if s.balls is not None:
@@ -111,7 +126,21 @@ class Port(Places):
                     mine = slice(first.thin, first.thin + s.n)
                     ball_mover[mine], ball_body[mine] = first.mover + np.arange(s.n), first.body + s.discs.body
                     radius[mine] = s.discs.half[:, None]  # a ball that does not stand out of the shell
+            if s.walls is not None and self.walled:
+                w = s.walls
+                mine = slice(first.point, first.point + len(w.arm))
+                ball_mover[mine], ball_body[mine], arm[mine] = first.mover + w.mover, first.body + w.body, w.arm
+                body[first.mover + w.mover] = first.body + w.body  # its balls may be left out
+                behind[first.body + np.unique(w.body)] = 1
+                begin = first.point - (self.n_wide - self.n_points)
+                tip[begin : begin + len(w.arm)] = w.tip
+                at = w.arm[w.corners]
+                size = np.linalg.norm(at - at.mean(axis=1)[:, None], axis=2).max(axis=1)
+                mine = slice(first.wall, first.wall + len(at))
+                wall[mine], reach[mine] = first.point + w.corners, size
+                np.maximum.at(self.widest_wall, first.body + w.body[w.corners[:, 0]], size)
             if s.faces is not None and self.thin:
+                faced[first.body : first.body + len(s.bodies)] = 1
                 corners = s.faces.corners
                 faces[first.face : first.face + len(corners)] = np.where(corners >= 0, first.disc + corners, -1)
         self.widest = np.zeros(self.n_bodies)  # m, largest of a body's balls that a grid finds
@@ -126,6 +155,13 @@ class Port(Places):
         put(self.ball_body, ball_body)
         put(self.ball_radius, radius)
         put(self.ball_arm, arm)
+        self.n_behind = int(behind[ball_body[self.n_wide :]].sum())
+        put(self.faced, faced)
+        put(self.behind, behind)
+        if self.n_walls:
+            put(self.tip, tip)
+            put(self.wall_point, wall)
+            put(self.wall_reach, reach)
         if self.n_discs:
             put(self.disc_mover, disc_mover)
             put(self.disc_body, disc_body)

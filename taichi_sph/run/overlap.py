@@ -1,9 +1,9 @@
 """Bodies that lie in each other at the start, found before anything is compiled. NumPy and SciPy only.
 
 Every body is seen as contact sees it (couplings/contact): a shell node as a disc half as thick as the shell on either side, which reaches
-half way to the farthest corner of its cells (at a border or a cut: half way to the next node), and to another shell as a thin ball that
-meets whole cells; a rigid body as its pinballs; a fluid particle as a ball, smaller where pressure carries the fluid and contact only
-stands behind it. Pairs that may not meet are left out.
+half way to the farthest corner of its cells (at a border or a cut: half way to the next node), and to another shell or the surface of a
+rigid body as a thin ball that meets whole cells; a rigid body as its surface, or as its pinballs; a fluid particle as a ball, smaller where
+pressure carries the fluid and contact only stands behind it. Pairs that may not meet are left out.
 """
 
 from __future__ import annotations
@@ -98,7 +98,8 @@ def check_overlaps(scene: Scene, meshes: Mapping[str, SurfaceMesh], fillings: Ma
         elif a in fillings and b in fillings:
             _fluids(a, fillings[a], b, fillings[b])
         elif a in shells and b in balls:
-            _tell(scene, b, a, _in_discs(balls[b], shells[a]), ROUNDING * skin)
+            depth = _in_discs(balls[b], shells[a]) if solids[b].mesh is None else _in_skin(shells[a], solids[b])
+            _tell(scene, b, a, depth, ROUNDING * skin)
         elif a in shells and b in fillings:  # a filling may touch its vessel
             depth = max(_in_discs(wet(b, sound), shells[a], sound) for sound in (True, False))
             _tell(scene, b, a, depth, (0.5 + ROUNDING) * skin)
@@ -199,7 +200,7 @@ def _shells(a: str, one: Discs, b: str, other: Discs, allowed: float) -> None:
                 raise SceneError(f"shell '{a}' starts across shell '{b}': move one of them away")
     least, thick = np.inf, 0.0
     for first, second in ((one, other), (other, one)):
-        apart, both = _from_cells(first, second)
+        apart, both = _from_cells(first.centres, first.half, second)
         if apart - both < least - thick:
             least, thick = apart, both
     if least < thick - allowed:
@@ -209,8 +210,25 @@ def _shells(a: str, one: Discs, b: str, other: Discs, allowed: float) -> None:
         )
 
 
-def _from_cells(nodes: Discs, shell: Discs) -> tuple[float, float]:
-    """Distance [m] of the nodes of one shell from the cells of another, and the mean of the thicknesses there, where they are nearest;
+def _in_skin(shell: Discs, solid: Solid) -> float:
+    """How deep a shell lies in the surface of a rigid body at most [m]: its nodes in the triangles, or in the balls behind them, or those
+    points of the surface that can be the first to touch in its cells."""
+    assert solid.mesh is not None
+    corners, tip = solid.walls()
+    points = solid.mesh.points
+    x = points[corners]
+    middle = x.mean(axis=1)
+    size = np.linalg.norm(x - middle[:, None], axis=2).max()
+    deepest = _in_balls(Balls(shell.centres, np.zeros(len(shell.centres))), Balls(solid.places, solid.radii))
+    i, f = _near(shell.centres, middle, float(shell.half.max() + size))
+    if len(i):
+        deepest = max(deepest, float((shell.half[i] - _from_triangles(shell.centres[i], x[f, 0], x[f, 1], x[f, 2])).max()))
+    apart, half = _from_cells(points[tip], np.zeros(int(tip.sum())), shell)
+    return max(deepest, half - apart)
+
+
+def _from_cells(centres: np.ndarray, halves: np.ndarray, shell: Discs) -> tuple[float, float]:
+    """Distance [m] of places from the cells of a shell, and the half thicknesses there and at the place, where they are nearest;
     (inf, 0) where none is near. As in couplings/contact/faces.py."""
     corners = np.where(shell.cells < 0, shell.cells[:, [2]], shell.cells)
     x, half = shell.centres[corners], shell.half[corners].mean(axis=1)
@@ -218,13 +236,13 @@ def _from_cells(nodes: Discs, shell: Discs) -> tuple[float, float]:
     four = shell.cells[:, 3] >= 0
     middle[four] = x[four].mean(axis=1)
     size = np.linalg.norm(x - middle[:, None], axis=2).max(axis=1)
-    i, f = _near(nodes.centres, middle, float(nodes.half.max() + half.max(initial=0.0) + size.max(initial=0.0)))
+    i, f = _near(centres, middle, float(halves.max(initial=0.0) + half.max(initial=0.0) + size.max(initial=0.0)))
     if not len(i):
         return np.inf, 0.0
-    apart, both = np.full(len(i), np.inf), nodes.half[i] + half[f]
+    apart, both = np.full(len(i), np.inf), halves[i] + half[f]
     for k in range(4):
         one, two = x[f, k], x[f, (k + 1) % 4]  # of a triangle the side from its last corner to itself adds nothing
-        apart = np.minimum(apart, _from_triangles(nodes.centres[i], one, two, middle[f]))
+        apart = np.minimum(apart, _from_triangles(centres[i], one, two, middle[f]))
     nearest = int(np.argmin(apart - both))
     return float(apart[nearest]), float(both[nearest])
 

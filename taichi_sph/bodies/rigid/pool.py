@@ -56,6 +56,7 @@ class RigidBodies(Pool):
             self.turn_before = field("turn_before", 3, "rad/s", "at the half step before", True)
         self.axes = field("axes", 4, "", "quaternion of the principal axes at t = 0")
         self.moments = field("moments", 3, "kg m2", "principal moments of inertia")
+        self.reach = field("reach", 0, "m", "of the farthest point of a surface from the centre of mass; 0 of a body of pinballs")
 
         from scipy.spatial.transform import Rotation
 
@@ -79,6 +80,8 @@ class RigidBodies(Pool):
             runtime.put(self.turn_before, spin)
             runtime.put(self.L, runtime.get(self.L, n) + np.array([body.moments @ w for body, w in zip(bodies, spin)]))
         runtime.put(self.axes, np.array(axes))
+        skins = [body.centre[None] if body.mesh is None else body.mesh.points for body in bodies]
+        runtime.put(self.reach, np.array([np.linalg.norm(x - body.centre, axis=1).max() for x, body in zip(skins, bodies)]))
         runtime.put(self.moments, np.array(moments))
         self.ball_body = np.repeat(np.arange(n), [len(body.radii) for body in bodies]).astype(np.int32)
         self.ball_arm = np.concatenate([body.places - body.centre for body in bodies])

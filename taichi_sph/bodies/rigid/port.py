@@ -1,5 +1,6 @@
-"""Rigid bodies as couplings see them: movers that turn, each with several balls."""
+"""Rigid bodies as couplings see them: movers that turn, each with several balls, and a skin where its surface is said."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -7,8 +8,9 @@ import numpy as np
 from ...numerics.turns import product, turned
 from ...runtime import ti
 from ..body import Now, Span
-from ..surface import Balls, Surface
+from ..surface import BODY, FIRST, POINT, WALL, Balls, Surface, Walls
 from .pool import free_velocity, spin_of, spin_to_come
+from .solid import Solid
 
 
 class RigidSurface(Surface):
@@ -21,15 +23,19 @@ class RigidSurface(Surface):
         rigids = self.rigids
         self.bodies, self.n = group.bodies, rigids.n
         self.bounce = [body.restitution for body in group.scene.rigids]
+        self.led = [not body.free for body in group.scene.rigids]
         self.length = 0.5 * float(rigids.ball_radius.min())
         self.balls = Balls(rigids.ball_body, rigids.ball_body, np.repeat(rigids.ball_radius[:, None], 2, axis=1), rigids.ball_arm)
+        self.walls = _walls(group.solids)
 
     def grip(self, span: Span, point: np.ndarray, radius: float | None) -> tuple[np.ndarray, np.ndarray]:
         """The body itself, wherever the point is."""
         return np.array([span.first]), point - self.group.solids[span.first].centre
 
     def look(self, port: Any, places: bool) -> None:
-        _look(port, self.rigids, self.n, self.rigids.n_balls, self.first.body, self.first.ball, int(places))
+        _look(port, self.rigids, self.n, self.n_balls, self.first.body, self.first.ball, int(places))
+        if places and self.walls is not None and port.walled:
+            _look_walls(port, self.rigids, len(self.walls.arm), len(self.walls.corners), self.first)
 
     def offer(self, port: Any, first: int, last: int, now: Now) -> None:
         _offer(port, self.rigids, first, last, self.first.mover, port.turning, now.kick)
@@ -38,11 +44,39 @@ class RigidSurface(Surface):
         _take(port, self.rigids, first, last, self.first.mover, port.turning, 1.0 / now.kick)
 
 
+def _walls(solids: Sequence[Solid]) -> Walls | None:
+    """The skins of those bodies that have one."""
+    owner, arms, tips, corners, n = [], [], [], [], 0
+    for r, solid in enumerate(solids):
+        if solid.mesh is not None:
+            triangles, tip = solid.walls()
+            owner.append(np.full(len(tip), r))
+            arms.append(solid.mesh.points - solid.centre)
+            tips.append(tip)
+            corners.append(n + triangles)
+            n += len(tip)
+    if not n:
+        return None
+    return Walls(np.concatenate(owner), np.concatenate(owner), np.concatenate(arms), np.concatenate(tips), np.concatenate(corners))
+
+
+@ti.kernel
+def _look_walls(port: ti.template(), rigids: ti.template(), points: ti.i32, walls: ti.i32, first: FIRST):
+    for k in range(points):
+        p = first[POINT] + k
+        r = port.ball_body[p] - first[BODY]
+        port.ball_x[p] = rigids.x[r] + turned(rigids.q[r], port.ball_arm[p])
+    for k in range(walls):
+        w = first[WALL] + k
+        at = port.wall_point[w]
+        port.wall_x[w] = (port.ball_x[at[0]] + port.ball_x[at[1]] + port.ball_x[at[2]]) / 3.0
+
+
 @ti.kernel
 def _look(port: ti.template(), rigids: ti.template(), n: ti.i32, balls: ti.i32, body: ti.i32, ball: ti.i32, places: ti.i32):
     ti.loop_config(serialize=True)
     for r in range(n):
-        port.speed[body + r] = rigids.v[r].norm()
+        port.speed[body + r] = rigids.v[r].norm() + spin_of(rigids, r).norm() * rigids.reach[r]
     ti.loop_config(serialize=True)
     for k in range(balls):
         r = port.ball_body[ball + k] - body

@@ -1,6 +1,7 @@
 """A rigid body as it is computed: mass, centre, inertia, and the balls by which it is met. NumPy only.
 
-For a closed surface, mass, centre and inertia are sums over the tetrahedra that its triangles form with one point. The balls stand behind
+For a closed surface, mass, centre and inertia are sums over the tetrahedra that its triangles form with one point. Shells meet
+its triangles themselves. What has no faces (water, other rigid bodies, solids) meets balls, which stand behind
 the surface and touch it from there. Their radius is `RADIUS` spacings, less where the body is thin, and they stand `PITCH` radii apart.
 Between four of them a flat face is lower by 0.13 radii. Edges and corners are rounded by one radius.
 """
@@ -21,6 +22,7 @@ from .said import LIKE, Rigid
 
 RADIUS, PITCH = 1.0, 0.7
 HALVINGS = 3  # of the radius, until the balls fit
+FLAT = 0.01  # rad that two triangles fold outward: less is plane
 MOST = 20_000  # balls of a body
 
 
@@ -46,6 +48,29 @@ class Solid:
     def reach(self) -> float:
         """Of its farthest point from the centre [m]."""
         return float((np.linalg.norm(self.places - self.centre, axis=1) + self.radii).max())
+
+    def walls(self) -> tuple[np.ndarray, np.ndarray]:
+        """(T, 3) points of the surface at the corners of its triangles, and (V,) whether one can be the first to touch: those on a border
+        or a convex edge. What is plane or hollow about a point is met by its own nodes first."""
+        assert self.mesh is not None
+        cells, x = self.mesh.cells, self.mesh.points
+        corners = np.concatenate([cells[:, :3], cells[cells[:, 3] >= 0][:, [0, 2, 3]]])
+        normal = np.cross(x[corners[:, 1]] - x[corners[:, 0]], x[corners[:, 2]] - x[corners[:, 0]])
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        ends = np.concatenate([corners[:, [k, (k + 1) % 3]] for k in range(3)])
+        across = np.concatenate([corners[:, (k + 2) % 3] for k in range(3)])
+        own = np.tile(np.arange(len(corners)), 3)
+        _, edge = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)
+        order = np.argsort(edge, kind="stable")
+        twice = np.flatnonzero(edge[order][1:] == edge[order][:-1])
+        one, two = order[twice], order[twice + 1]
+        side, arm = x[ends[one, 1]] - x[ends[one, 0]], x[across[two]] - x[ends[one, 0]]
+        folds = np.einsum("ni,ni->n", arm, normal[own[one]])
+        width = np.linalg.norm(np.cross(arm, side), axis=1) / np.linalg.norm(side, axis=1)
+        tip = np.zeros(len(x), bool)
+        tip[ends[one[folds < -FLAT * width]]] = True
+        tip[ends[np.bincount(edge)[edge] == 1]] = True
+        return corners, tip
 
 
 def solid_of(body: Rigid, scene: Any) -> Solid:

@@ -27,13 +27,15 @@ def couplings(scene: Scene, groups: Sequence[Group], own: Sequence[Meeting]) -> 
 
 def meetings(scene: Scene, surfaces: list[Surface]) -> Meetings:
     """Who meets whom by contact, and how, in the order of the surfaces."""
-    bodies = [(s, span.name, e) for s in surfaces for span, e in zip(s.bodies, s.bounce, strict=True)]
+    bodies = [
+        (s, span.name, e, led) for s in surfaces for span, e, led in zip(s.bodies, s.bounce, s.led or [False] * len(s.bodies), strict=True)
+    ]
     meets = np.zeros((len(bodies), len(bodies)), bool)
     restitution, friction = np.zeros(meets.shape), np.zeros(meets.shape)
-    for j, (one, name, e) in enumerate(bodies):
-        for k, (two, other, f) in enumerate(bodies):
+    for j, (one, name, e, led) in enumerate(bodies):
+        for k, (two, other, f, led_too) in enumerate(bodies):
             said = scene.met(name, other)
-            meets[j, k] = said.meet and (one.reaches(two) or two.reaches(one))
+            meets[j, k] = said.meet and not (led and led_too) and (one.reaches(two) or two.reaches(one))
             own = 0.0 if e is None or f is None else max(e, f)
             restitution[j, k] = own if said.restitution is None else said.restitution
             friction[j, k] = said.friction
@@ -45,8 +47,18 @@ class ContactCoupling(Coupling):
 
     def __init__(self, scene: Scene, groups: Sequence[Group], surfaces: list[Surface], meetings: Meetings) -> None:
         self.common = common_schedule(groups)
-        flat = np.array([s.discs is not None for s in surfaces for _ in s.bodies])
-        port = Port(surfaces, thin=bool(meetings.meets[flat][:, flat].any()))
+        flat, faced = (
+            np.array([element is not None for element, s in zip(elements, surfaces) for _ in s.bodies])
+            for elements in zip(*((s.discs, s.faces) for s in surfaces))
+        )
+        skinned = np.concatenate([s.skinned for s in surfaces])
+        walls = bool(meetings.meets[faced][:, skinned].any())
+        needed = ~skinned | meetings.meets[:, ~faced].any(axis=1)  # what shells alone meet needs no balls
+        first = 0
+        for s in surfaces:
+            s.balls = None if s.balls is None else s.balls.of(needed[first : first + len(s.bodies)])
+            first += len(s.bodies)
+        port = Port(surfaces, thin=walls or bool(meetings.meets[flat][:, flat].any()), walled=walls)
         order = [port.names.index(span.name) for s in surfaces for span in s.bodies]  # the port has those that turn last
         place = np.argsort(order)
         table = Table(Meetings(*(said[place][:, place] for said in meetings)))

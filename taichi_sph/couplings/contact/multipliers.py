@@ -39,14 +39,15 @@ from ...pool import Pool
 from ...runtime import ti
 from ..carried import Carried
 from ..ports import Port
-from .faces import nearest
-from .pairs import BODIES, DISC, FACE, PAIRS, TURNING, WHO, Pairs, Table, disc_gap
+from .faces import in_triangle, nearest
+from .pairs import BODIES, DISC, FACE, PAIRS, TURNING, WALL, WHO, Pairs, Table, disc_gap
 from .said import PinballContact
 
 BLOCK = 512
 FIRST, CHECK = 2, 8  # iterations before the first look at the error; the most between two looks
 SMALL_LIST = 4096  # pairs; fewer are solved by one thread, faster than threads are woken
 FAR = 1e30  # m: a way after which anything must be searched
+SAME = 1e-9  # of half a thickness, or of a side: two walls have one nearest point
 SMALL = 1e-2  # of the fastest speed: an approach below it is not resolved any finer
 
 
@@ -256,20 +257,98 @@ def _geometry(contact: ti.template(), k, a, b, turning):
         radius = port.ball_radius[ball][port.disc_sound[other]]
         g, n = disc_gap(port.x[b], port.director[b], port.disc_radius[other], port.disc_half[other], c, radius)
         gap, normal = g, n
-    elif ti.static(port.thin) and pairs.sort[k] == FACE:
-        at, disc = pairs.corner[k], port.face_disc[other]
-        split, q = nearest(port.x[at[0]], port.x[at[1]], port.x[at[2]], port.x[at[3]], ti.select(disc[3] < 0, 3, 4), c)
-        pairs.split[k] = split
-        away, thick = c - q, radius + port.disc_half[disc[0]]
-        distance = away.norm()
-        normal = away / distance if distance > 1e-12 * thick else port.director[b]
-        gap = distance - thick
+    elif ti.static(port.thin) and pairs.sort[k] >= FACE:
+        gap, normal = pairs.gap[k], pairs.normal[k]  # `_flat_geometry` was here before
     else:
         away = c - port.centre(other, b, turning)
         distance = away.norm()
         normal = away / ti.max(distance, 1e-300)
         gap = distance - radius - port.ball_radius[other][0]
     return gap, normal, c - radius * normal
+
+
+@ti.func
+def _flat_geometry(contact: ti.template(), k, turning):
+    """Gap and normal of pair k, a thin ball against a face or a wall, and what `_counts` compares: the parts that the corners have of the
+    nearest point, how far away it is, and whether the ball is behind it."""
+    port, pairs = contact.port, contact.pairs
+    ball, other = pairs.ball[k], pairs.other[k]
+    c, thick = port.centre(ball, pairs.a[k], turning), port.ball_radius[ball][0]
+    inside, faced = 0, ti.cast(0.0, ti.f64)
+    if pairs.sort[k] == FACE:
+        at, disc = pairs.corner[k], port.face_disc[other]
+        split, q = nearest(port.x[at[0]], port.x[at[1]], port.x[at[2]], port.x[at[3]], ti.select(disc[3] < 0, 3, 4), c)
+        thick += port.disc_half[disc[0]]
+        away = c - q
+        distance = away.norm()
+        pairs.split[k] = split
+        pairs.normal[k] = away / distance if distance > 1e-12 * thick else port.director[pairs.b[k]]
+        pairs.gap[k], pairs.away[k] = distance - thick, distance
+    elif ti.static(port.walled) and pairs.sort[k] == WALL:
+        b, at = pairs.b[k], port.wall_point[other]
+        one, two, three = port.centre(at[0], b, turning), port.centre(at[1], b, turning), port.centre(at[2], b, turning)
+        s = in_triangle(one, two, three, c)
+        normal = (two - one).cross(three - one).normalized()
+        away = c - (s[0] * one + s[1] * two + s[2] * three)
+        distance = away.norm()
+        if distance > 1e-12 * thick:
+            away /= distance
+            faced = away.dot(normal)
+            if faced < 0.0:
+                inside = 1
+            normal = (1 - 2 * inside) * away
+        for corner in ti.static(range(3)):
+            pairs.split[k][corner] = s[corner]
+        pairs.inside[k], pairs.normal[k] = inside, normal
+        pairs.gap[k], pairs.away[k] = (1 - 2 * inside) * distance - thick, distance - SAME * thick * abs(faced)
+
+
+@ti.func
+def _corners(pairs: ti.template(), k):
+    """Of the face or the wall of pair k; -1 behind a triangle."""
+    at = pairs.port.face_disc[pairs.other[k] * ti.select(pairs.sort[k] == FACE, 1, 0)]
+    if ti.static(pairs.port.walled):
+        if pairs.sort[k] == WALL:
+            points = pairs.port.wall_point[pairs.other[k]]
+            at = ti.Vector([points[0], points[1], points[2], -1])
+    return at
+
+
+@ti.func
+def _counts(contact: ti.template(), k):
+    """Whether its thin ball meets the face or wall of pair k: none that has the nearest point as well is nearer, and a wall is met from
+    outside. A ball is inside a body when it is behind the nearest wall. That wall alone holds it, unless it has gone too deep."""
+    port, pairs = contact.port, contact.pairs
+    ball, sort, body, at, n = pairs.ball[k], pairs.sort[k], port.whose[pairs.b[k]], _corners(pairs, k), pairs.size[PAIRS]
+    first = k
+    while first > 0 and pairs.ball[ti.max(first - 1, 0)] == ball and pairs.sort[ti.max(first - 1, 0)] == sort:
+        first -= 1
+    hidden, nearest_one = 0, k
+    j, last = first, first + 1
+    while j < last:
+        if pairs.away[j] < pairs.away[k] or (pairs.away[j] == pairs.away[k] and j < k):
+            if port.whose[pairs.b[j]] == body:
+                corners, shared = _corners(pairs, j), 1
+                for c in ti.static(range(4)):
+                    if pairs.split[k][c] > SAME and all(corners != at[c]):
+                        shared = 0
+                hidden = ti.max(hidden, shared)
+                if pairs.away[j] < pairs.away[nearest_one] or (pairs.away[j] == pairs.away[nearest_one] and j < nearest_one):
+                    nearest_one = j
+        j += 1
+        if j < n:
+            if pairs.ball[j] == ball and pairs.sort[j] == sort:
+                last = j + 1
+    result = 1 - hidden
+    if ti.static(port.walled):
+        if sort == WALL:
+            if pairs.inside[nearest_one] == 1:
+                result = 0
+                if nearest_one == k and pairs.gap[k] > -2.0 * port.ball_radius[ball][0]:
+                    result = 1
+            elif pairs.inside[k] == 1:
+                result = 0
+    return result
 
 
 @ti.func
@@ -345,9 +424,18 @@ def _measure(contact: ti.template(), dt: ti.f64, skin: ti.f64, speeds: ti.i32, s
     ti.loop_config(serialize=True)
     for b in range(pairs.size[BODIES]):
         contact.closing[b] = 0.0
+    if ti.static(port.thin):
+        for k in range(pairs.size[PAIRS]):
+            if pairs.sort[k] >= FACE:
+                _flat_geometry(contact, k, pairs.size[TURNING])
     for k in range(pairs.size[PAIRS]):
         a, b, turning = pairs.a[k], pairs.b[k], pairs.size[TURNING]
         gap, normal, point = _geometry(contact, k, a, b, turning)
+        counts = 1
+        if ti.static(port.thin):
+            if pairs.sort[k] >= FACE:
+                counts = _counts(contact, k)
+                gap = gap if counts == 1 else FAR
         arm_a, arm_b = point - port.x[a], point - port.x[b]
         pairs.gap[k], pairs.normal[k], pairs.arm_a[k], pairs.arm_b[k] = gap, normal, arm_a, arm_b
         blow_a, blow_b = port.blow(port.whose[a], step), port.blow(port.whose[b], step)
@@ -365,10 +453,13 @@ def _measure(contact: ti.template(), dt: ti.f64, skin: ti.f64, speeds: ti.i32, s
             pairs.before[k], pairs.free[k], pairs.slack[k] = before, free, slack
             near, reach = 0, 0.3 * skin
             if ti.static(port.thin):
-                if pairs.sort[k] == FACE:  # what can come to touch within the step: each pair more on a node slows the others down
+                if pairs.sort[k] >= FACE:  # what can come to touch within the step: each pair more on a node slows the others down
                     reach = ti.min(reach, lasts * (port.speed[port.whose[a]] + port.speed[port.whose[b]]))
             if gap + lasts * ti.min(free, 0.0) < reach:
                 near = 1
+            if counts == 0:
+                near, slack = 0, ti.max(slack, 0.0)
+                pairs.slack[k] = slack
             if ti.static(contact.hides):
                 if pairs.sort[k] == DISC:
                     for s in ti.static(range(contact.hidden.n)):

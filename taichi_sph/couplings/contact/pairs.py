@@ -16,6 +16,13 @@ share it and no moment is left out. Discs would not do: they are flat, reach ove
 wider than they are, and folds of a crushed tube would lie farther apart than the sheet is thick. Two sides of shells that cross between
 their nodes do not see each other.
 
+A rigid body with a surface is met in the same way: the nodes of the shell against its triangles (walls), and its own points, those that can
+be the first to touch, against the faces of the shell. A wall has an outer side and no thickness.
+
+Of the faces or walls near a node only those count whose nearest point is nearer than all that lies around it on its body (multipliers.py):
+one over a flat or bulging surface, two or three in a corner. The others say the same with normals that lean a little, and a solver that
+has to tell a dozen such constraints of one node apart takes a hundred iterations.
+
 The search follows the numbers: few balls are tried against everything, many balls against many discs by a grid.
 Candidates are counted and written by their owners in order: the list is the same for any number of threads.
 
@@ -34,9 +41,9 @@ from ...numerics.cells import CUBES, CellGrid, beside, cube, running
 from ...pool import Pool
 from ...runtime import ti
 from ..ports import Port
-from .faces import nearest
+from .faces import in_triangle, nearest
 
-BALL, DISC, FACE = range(3)  # what a ball is paired with
+BALL, DISC, FACE, WALL = range(4)  # what a ball is paired with
 WHO, PAIRS, TURNING, BODIES = range(4)  # `Pairs.size`: movers on the list, pairs, first place of those that turn, bodies
 
 
@@ -72,16 +79,21 @@ class Pairs(Pool):
         super().__init__(name)
         self.port, self.table = port, table
         few, discs, many = port.n_balls - port.n_wide, port.n_discs, port.n_many
-        size = few * few + min(few * discs, 40_000 + 4 * discs) + min(few * many, 20_000 + many)
+        behind = port.n_behind
+        single = few - behind
+        size = single * single + min(few * few - single * single, 16 * behind)
+        size += min(few * discs, 40_000 + 4 * discs) + min(few * many, 20_000 + many)
         size += min(24 * discs, 16 * many)
         if port.thin:
             size += 8 * discs if port.n_bodies == 1 else 16 * discs
+        if port.walled:
+            size += 8 * discs + 8 * port.n_points
         self.capacity = n = max(size, 64)
         self.n = 0
         field = self.field
         self.ball = field("ball", n, dtype="i32", doc="the ball", keeps=True)
-        self.other = field("other", n, dtype="i32", doc="the ball, disc or face that it may touch", keeps=True)
-        self.sort = field("sort", n, dtype="i32", doc="what the other is: 0 a ball, 1 a disc, 2 a face", keeps=True)
+        self.other = field("other", n, dtype="i32", doc="the ball, disc, face or wall that it may touch", keeps=True)
+        self.sort = field("sort", n, dtype="i32", doc="what the other is: 0 a ball, 1 a disc, 2 a face, 3 a wall", keeps=True)
         self.p = field("p", n, dtype="f64", unit="N s", doc="impulse: the multiplier times the kick", keeps=True)
         self.a = field("a", n, dtype="i32", doc="place of the ball's mover on the port's list")
         self.b = field("b", n, dtype="i32", doc="place of the other's; of a face's first corner")
@@ -99,6 +111,9 @@ class Pairs(Pool):
         faces, rubs = n if port.thin else 1, n if table.rubs else 1
         self.corner = field("corner", faces, 4, "i32", doc="places of a face's corners; of a triangle's third one twice")
         self.split = field("split", faces, 4, "f64", doc="parts that the corners have of the nearest point")
+        self.away = field("away", faces, dtype="f64", unit="m", doc="from a face or wall; the wall that is faced is a trace nearer")
+        walls = n if port.walled else 1
+        self.inside = field("inside", walls, dtype="i32", doc="1: the node is behind the wall")
         self.q = field("q", rubs, 3, "f64", unit="N s", doc="impulse of friction on the ball", keeps=table.rubs)
         self.z = field("z", rubs, 3, "f64", unit="N s", doc="impulse of friction, extrapolated")
         self.slip_before = field("slip_before", rubs, 3, "f64", unit="m/s", doc="velocity along the contact at n - 1/2")
@@ -121,6 +136,8 @@ class Pairs(Pool):
             self.grid = CellGrid("pairs.grid", port.disc_x, port.n_discs, 1.0)  # its reach is that of each search
         if port.thin:
             self.face_grid = CellGrid("pairs.faces.grid", port.face_x, port.n_faces, 1.0)
+        if port.walled:
+            self.wall_grid = CellGrid("pairs.walls.grid", port.wall_x, port.n_walls, 1.0)
 
     def search(self, parts: list[np.ndarray], reach: np.ndarray) -> list[np.ndarray]:
         """New candidates of these parts (arrays of body numbers); returns the parts as they are then.
@@ -168,9 +185,12 @@ class Pairs(Pool):
         if port.n_discs and port.n_many and (port.widest[part] > 0.0).any():
             largest = runtime.get(port.largest, port.n_bodies) + port.half
             self._by_grid(self.grid, _near_discs, port.n_many, part, largest * (port.half > 0), reach)
-        if port.thin and (port.half[part] > 0.0).any():
+        flat = (port.half[part] > 0.0).any() or (port.widest_wall[part] > 0.0).any()
+        if port.thin and flat:
             largest = runtime.get(port.widest_face, port.n_bodies) + port.half
-            self._by_grid(self.face_grid, _near_faces, port.n_discs, part, largest * (port.half > 0), reach)
+            self._by_grid(self.face_grid, _near_faces, port.n_discs + port.n_points, part, largest * (port.half > 0), reach)
+        if port.walled and flat:
+            self._by_grid(self.wall_grid, _near_walls, port.n_discs, part, port.widest_wall, reach)
         return np.flatnonzero(runtime.get(port.linked, port.n_bodies)) if self.n > before else np.zeros(0, int)
 
     def _by_grid(self, grid: CellGrid, look: Callable[..., None], owners: int, part: np.ndarray, largest: np.ndarray, reach: float) -> None:
@@ -215,6 +235,7 @@ class Pairs(Pool):
         movers[:, 0] = balls[get(self.ball, self.n)]
         movers[sort == BALL, 1] = balls[other[sort == BALL]]
         movers[sort == DISC, 1] = discs[other[sort == DISC]]
+        movers[sort == WALL, 1] = balls[get(port.wall_point, max(port.n_walls, 1))[other[sort == WALL], 0]]
         if port.thin:
             corners = get(port.face_disc, port.n_faces)[other[sort == FACE]]
             movers[sort == FACE, 1:] = np.where(corners < 0, -1, discs[corners])
@@ -335,7 +356,10 @@ def _few(
                 far = ball + radius + half + reach
                 if (c - x).norm_sqr() < far * far:
                     gap, normal = disc_gap(x, port.disc_n[o], radius, half, c, ball)
-                    if gap < reach and _may(pairs, bodies, port.ball_body[p], one) == 1:
+                    stands_for = 0  # a wall, which this body meets itself
+                    if ti.static(port.walled):
+                        stands_for = port.behind[port.ball_body[p]] * port.faced[one]
+                    if gap < reach and stands_for == 0 and _may(pairs, bodies, port.ball_body[p], one) == 1:
                         if write == 1:
                             _note(pairs, base + pairs.start[o] + found, p, o, DISC)
                         found += 1
@@ -389,12 +413,16 @@ def _near_discs(
 def _near_faces(
     pairs: ti.template(), n: ti.i32, reach: ti.f64, write: ti.i32, base: ti.i32, bodies: ti.i32, inverse: ti.f64, table: ti.i32
 ):
-    """Faces near the thin balls, one of each disc, by the grid of the faces."""
+    """Faces near the thin balls, one of each disc, and near the tips of walls, by the grid of the faces."""
     port = pairs.port
     for d in range(n):
-        found = 0
-        c, one, ball = port.disc_x[d], port.disc_body[d], port.disc_half[d]
-        if write == 0 or pairs.start[d + 1] > pairs.start[d]:
+        found, mine = 0, port.n_many + d
+        c, one, ball = port.ball_x[mine], port.ball_body[mine], port.ball_radius[mine][0]
+        looks = 1
+        if ti.static(port.walled):
+            if d >= port.n_discs:
+                looks = port.tip[d - port.n_discs]
+        if looks == 1 and (write == 0 or pairs.start[d + 1] > pairs.start[d]):
             for k in range(CUBES):
                 there, first, last = beside(pairs.face_grid, c, k, inverse, table)
                 for m in range(first, last):
@@ -411,7 +439,36 @@ def _near_faces(
                             )
                             if (c - q).norm() - ball - half < reach and _may(pairs, bodies, one, port.disc_body[corners[0]]) == 1:
                                 if write == 1:
-                                    _note(pairs, base + pairs.start[d] + found, port.n_many + d, f, FACE)
+                                    _note(pairs, base + pairs.start[d] + found, mine, f, FACE)
+                                found += 1
+        if write == 0:
+            pairs.start[d + 1] = found
+
+
+@ti.kernel
+def _near_walls(
+    pairs: ti.template(), n: ti.i32, reach: ti.f64, write: ti.i32, base: ti.i32, bodies: ti.i32, inverse: ti.f64, table: ti.i32
+):
+    """Walls near the thin balls of bodies with faces, by the grid of the walls."""
+    port = pairs.port
+    for d in range(n):
+        found = 0
+        c, one, ball = port.disc_x[d], port.disc_body[d], port.disc_half[d]
+        if port.faced[one] == 1 and (write == 0 or pairs.start[d + 1] > pairs.start[d]):
+            for k in range(CUBES):
+                there, first, last = beside(pairs.wall_grid, c, k, inverse, table)
+                for m in range(first, last):
+                    w = pairs.wall_grid.sorted[m]
+                    x, at = port.wall_x[w], port.wall_point[w]
+                    far = ball + port.wall_reach[w] + reach
+                    if (c - x).norm_sqr() < far * far:
+                        if all(cube(x, inverse) == there):
+                            i, j, l = at[0], at[1], at[2]
+                            s = in_triangle(port.ball_x[i], port.ball_x[j], port.ball_x[l], c)
+                            q = s[0] * port.ball_x[i] + s[1] * port.ball_x[j] + s[2] * port.ball_x[l]
+                            if (c - q).norm() - ball < reach and _may(pairs, bodies, one, port.ball_body[i]) == 1:
+                                if write == 1:
+                                    _note(pairs, base + pairs.start[d] + found, port.n_many + d, w, WALL)
                                 found += 1
         if write == 0:
             pairs.start[d + 1] = found
@@ -424,7 +481,7 @@ def _two_things(pairs: ti.template(), d, f):
     port = pairs.port
     result = 1
     corners = port.face_disc[f]
-    if port.disc_body[d] == port.disc_body[corners[0]]:
+    if port.ball_body[port.n_many + d] == port.disc_body[corners[0]]:
         for k in range(4):
             if corners[k] >= 0:
                 if (port.disc_X[corners[k]] - port.disc_X[d]).norm() <= 4.0 * port.disc_half[d]:
@@ -440,6 +497,8 @@ def _other_mover(pairs: ti.template(), k):
         p = pairs.port.ball_mover[pairs.other[k]]
     elif pairs.sort[k] == DISC:
         p = pairs.port.disc_mover[pairs.other[k]]
+    elif pairs.sort[k] == WALL:
+        p = pairs.port.ball_mover[pairs.port.wall_point[pairs.other[k]][0]]
     else:
         p = pairs.port.disc_mover[pairs.port.face_disc[pairs.other[k]][0]]
     return p
