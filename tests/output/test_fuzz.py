@@ -296,8 +296,8 @@ HERE += "print(dict(KINDS[sys.argv[1]](Path(sys.argv[2]), range(int(sys.argv[3])
 
 
 def check(kind: str, folder: Path, cases: range) -> None:
-    """In a process of its own: a library that crashes or hangs ends no more than the cases. Its time is that of the processor, whatever else
-    the machine does."""
+    """In a process of its own: a library that crashes or hangs ends no more than the cases. Its time is the processor's, on a busy machine
+    too."""
     seconds = 30 + len(cases) // 10
     done = subprocess.run(
         [sys.executable, "-c", HERE, kind, str(folder), str(cases.start), str(cases.stop)],
