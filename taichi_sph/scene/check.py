@@ -99,7 +99,8 @@ def _one(problem: Any, loc: list[str], annotations: list[Any]) -> str:
         return f"{key or 'the scene'} = {_shown(value)} is not a {context.get('class_name', 'table')}"
     if kind in ("too_short", "too_long"):
         need = context.get("min_length", context.get("max_length"))
-        return f"{key} holds {context.get('actual_length')} entries; {'at least' if kind == 'too_short' else 'at most'} {need} needed"
+        asked = f"at least {need} needed" if kind == "too_short" else f"at most {need} are allowed"
+        return f"{key} holds {context.get('actual_length')} entries; {asked}"
     if kind == "missing":
         return f"{key} is missing" if not loc[-1].startswith("[") else f"{_path(loc[:-1])} lacks its entry {loc[-1]}"
     template = _SAID.get(kind)

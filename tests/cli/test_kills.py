@@ -1,14 +1,18 @@
 """Real runs killed (SIGKILL) at random moments and resumed: what comes out is what an undisturbed run gives, bit for bit.
 
-TAICHI_SPH_KILLS runs of each kind of scene, three by default; "6-9" are the runs of those numbers, so that many can be done in pieces. The
-moments follow from the kind and the number of the run. Most of the time goes into starting processes, so the second test, of four times as
-many moments, takes what a kill leaves from one run: it copies the folder while the process is stopped (SIGSTOP), which is what a SIGKILL
+Each kind of scene is killed TAICHI_SPH_KILLS times, ten by default, which makes a hundred, in one run or, where that ends too soon, in a
+second: once in its first samples, then at random rows of the history of progress, so that the moments do not depend on the machine. A
+third of the kills come while a process starts, as it reads the checkpoint, builds, and drops what lies behind. Each kill costs one start.
+The moments follow from the kind and the number of kills.
+
+The second test takes what a kill leaves from one run: it copies the folder while the process is stopped (SIGSTOP), which is what a SIGKILL
 at that moment would leave, and all copies are gone on with in one process.
 """
 
 from __future__ import annotations
 
 import json
+import math
 import os
 import random
 import shutil
@@ -16,6 +20,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -27,8 +32,7 @@ from taichi_sph.output.folder import RunFolder
 from ..scene.examples import everything, more
 
 ROOT = Path(__file__).parents[2]
-FIRST, _, LAST = os.environ.get("TAICHI_SPH_KILLS", "3").rpartition("-")
-KILLS = range(int(FIRST or 0), int(LAST))
+KILLS = int(os.environ.get("TAICHI_SPH_KILLS", "10"))
 OUTPUT = ["output.frames=8", "output.samples=60", "output.checkpoints=25"]
 SCENES: dict[str, tuple[Any, list[str]]] = {
     "brittle": ("crack_branching", ["numerics.spacing=1.5mm"]),
@@ -52,18 +56,23 @@ def start(arguments: list[str]) -> subprocess.Popen[str]:
     )
 
 
-def size(path: Path) -> int:
-    return path.stat().st_size if path.exists() else -1
+def rows_of(folder: Path) -> int:
+    """Lines of the history of progress that stand in its file."""
+    path = folder / "histories/progress.csv"
+    return path.read_bytes().count(b"\n") if path.exists() else 0
 
 
-def wait_for(path: Path, longer: int, process: subprocess.Popen[str]) -> None:
-    """Until a file is longer: the first that is written once all is compiled."""
-    while size(path) <= longer and process.poll() is None:
-        time.sleep(0.002)
+def wait_for_rows(folder: Path, more: int, process: subprocess.Popen[str]) -> None:
+    """Until more rows than that stand there, or the process has ended."""
+    while rows_of(folder) <= more and process.poll() is None:
+        time.sleep(0.0005)
 
 
-def wait_for_checkpoint(folder: Path, process: subprocess.Popen[str]) -> None:
-    while process.poll() is None and not any((folder / "checkpoints").glob("*.checkpoint")):
+def wait_until_built(folder: Path, began: float, process: subprocess.Popen[str]) -> None:
+    """Until the log says that a process that began then computes, or the process has ended."""
+    log = folder / "log.txt"
+    ends = len(log.read_bytes()) if log.exists() and any((folder / "checkpoints").glob("*.checkpoint")) else 0
+    while process.poll() is None and not (log.exists() and log.stat().st_mtime > began and b"built in" in log.read_bytes()[ends:]):
         time.sleep(0.002)
 
 
@@ -134,12 +143,10 @@ for folder in map(Path, sys.argv[1:]):
 def test_what_a_kill_leaves_goes_on_as_the_same_run(kind: str, work: Path) -> None:
     moment = random.Random(f"{kind} {KILLS}")
     process = start([*command_of(kind, work), "--out", "whole"])
-    rows = work / "whole/histories/progress.csv"
     copies = []
     rests = kind in ("newton", "arc")  # fewer samples, and longer ones
-    for number, row in enumerate(sorted(moment.choices(range(10 if rests else 55), k=4 * len(KILLS)))):  # so many samples are written
-        while process.poll() is None and (not rows.exists() or rows.read_bytes().count(b"\n") <= row):
-            time.sleep(0.0005)
+    for number, row in enumerate(sorted(moment.choices(range(10 if rests else 55), k=KILLS))):  # so many samples are written
+        wait_for_rows(work / "whole", row, process)
         time.sleep((0.3 if rests else 0.03) * moment.random() ** 2)
         process.send_signal(signal.SIGSTOP)
         if process.poll() is None and not (work / "whole/summary.json").exists():
@@ -148,7 +155,7 @@ def test_what_a_kill_leaves_goes_on_as_the_same_run(kind: str, work: Path) -> No
     assert process.wait() == 0, process.stderr and process.stderr.read()
     whole = results(work / "whole")
     assert any(np.frombuffer(v[2], v[0]).any() for k, v in whole.items() if " c damage" in k) or kind in WHOLE
-    assert len(copies) >= 2 * len(KILLS)  # some moments come after the end
+    assert len(copies) >= KILLS // 2  # some moments come after the end
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     done = subprocess.run([sys.executable, "-c", GO_ON, *map(str, copies)], capture_output=True, text=True, env=environment, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -165,49 +172,38 @@ def test_what_a_kill_leaves_goes_on_as_the_same_run(kind: str, work: Path) -> No
 def test_kill_and_resume_is_the_same_run(kind: str, work: Path) -> None:
     run = command_of(kind, work)
     process = start([*run, "--out", "whole"])
-    wait_for(work / "whole/log.txt", -1, process)
-    began = time.monotonic()
-    wait_for_checkpoint(work / "whole", process)
-    first = time.monotonic()
     assert process.wait() == 0, process.stderr and process.stderr.read()
-    lasts = [time.monotonic() - began, time.monotonic() - first]  # s, all of it, and from the first checkpoint on
-    whole = results(work / "whole")
+    whole, samples, folder = results(work / "whole"), rows_of(work / "whole"), work / "parts"
     assert any(np.frombuffer(v[2], v[0]).any() for k, v in whole.items() if " c damage" in k) or kind in WHOLE
+    seconds = json.loads((work / "whole/summary.json").read_text(encoding="utf-8"))["seconds"]["advance"] / samples  # of a row
 
-    begun_anew = 0
-    for number in KILLS:
-        late = number % 3 > 0  # two of three after the first checkpoint: the first steps take their time
-        for trial in range(5):  # a run may end before its moment comes
-            folder, kills, anew = work / f"parts{number}_{trial}", 0, 0
-            command, moment = [*run, "--out", folder.name], random.Random(f"{kind} {number} {trial}")
-            for _ in range(20):
-                before = size(folder / "log.txt")
-                process = start(command)
-                wait_for(folder / "log.txt", before if command[0] == "resume" else -1, process)
-                began = time.monotonic()
-                if kills < 1 + number % 2:  # every second run is killed twice
-                    if late:
-                        wait_for_checkpoint(folder, process)
-                        began = time.monotonic()
-                    time.sleep(lasts[late] * (moment.uniform(0, 0.95) if kills == 0 else 0.5 * moment.random() ** 2))
-                    process.kill()
-                code, error = process.wait(), process.stderr.read() if process.stderr else ""
-                if code == 0 or (folder / "summary.json").exists():  # it had just ended
-                    if not kills:  # the undisturbed run may have compiled, or had less of the machine
-                        lasts[late] = min(lasts[late], time.monotonic() - began)
-                    break
-                assert code == -9 and error == "", f"exit {code}: {error}"
-                kills += 1
-                there = any((folder / "checkpoints").glob("*.checkpoint"))
-                anew += not there
-                command = ["resume", folder.name] if there else [*run, "--out", folder.name]
-            if kills:
+    moment, starts, kills = random.Random(f"{kind} {KILLS}"), list[float](), Counter[str]()
+    for number in range(5):
+        folder = work / f"parts{number}"
+        rows = [0, *sorted(moment.choices(range(1, samples - 2), k=KILLS - kills.total() - 1))]
+        for row in [*rows, math.inf]:
+            there = any((folder / "checkpoints").glob("*.checkpoint"))
+            began, when = time.time(), "computing"
+            process = start(["resume", folder.name] if there else [*run, "--out", folder.name])
+            if row < math.inf:
+                if starts and moment.random() < 1 / 3:
+                    when = "starting"
+                    time.sleep(moment.uniform(0.5, 1.1) * min(starts))
+                else:
+                    wait_until_built(folder, began, process)
+                    starts.append(time.time() - began)
+                    wait_for_rows(folder, row, process)
+                    time.sleep(moment.random() * seconds)
+                process.kill()
+            code, error = process.wait(), process.stderr.read() if process.stderr else ""
+            if code == 0 or (folder / "summary.json").exists():  # it had just ended
                 break
-        assert kills, f"run {number} was never killed"
-        begun_anew += anew
+            assert code == -signal.SIGKILL and error == "", f"exit {code}: {error}"
+            kills[when + ("" if any((folder / "checkpoints").glob("*.checkpoint")) else ", no checkpoint yet")] += 1
         found = results(folder)
         different = [key for key in whole.keys() | found.keys() if whole.get(key) != found.get(key)]
-        assert not different, f"{folder.name}, killed {kills} times: {sorted(different)}"
-        shutil.rmtree(folder)
-        print(f"{kind} {number}: killed {kills} times, {anew} of them before the first checkpoint, and the same", flush=True)
-    print(f"{kind}: {len(KILLS)} runs killed, {begun_anew} kills before the first checkpoint; {lasts[0]:.1f} s undisturbed")
+        assert not different, f"after {dict(kills)}: {sorted(different)}"
+        if kills.total() >= KILLS:
+            break
+    print(f"{kind}: {kills.total()} kills of {number + 1} runs, {dict(kills)}, and the same; a start took {min(starts):.1f} s", flush=True)
+    assert kills.total() >= KILLS

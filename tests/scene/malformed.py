@@ -56,7 +56,7 @@ MALFORMED: list[tuple[str, Any, str]] = [
     ("shells.0.name", "../plate", "it becomes a file name"),
     ("forces.0.where", {"kind": "sphere"}, "valid: box, ball"),
     ("forces.0.where", {"kind": "box", "lo": [0, 0]}, "forces[0].where.lo lacks its entry [2]"),
-    ("forces.0.total", [0, 1, 2, 3], "forces[0].total holds 4 entries; at most 3 needed"),
+    ("forces.0.total", [0, 1, 2, 3], "forces[0].total holds 4 entries; at most 3 are allowed"),
     ("quality", "coarse", "is not allowed"),
     # bodies that do not exist
     (MATERIAL + "density", 2.45e-9, "it looks like tonne/mm^3: write '2.45e-09 tonne/mm^3'"),

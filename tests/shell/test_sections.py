@@ -171,3 +171,17 @@ def test_refusals(section, form, said):
     with pytest.raises(SceneError) as error:
         plan(checked(Scene, made))
     assert said in str(error.value)
+
+
+@pytest.mark.parametrize(("own", "section", "said"), [(E, 1.5, "1.5 m"), (3.0, None, "3 m"), (E, 1.0, None)])
+def test_a_given_mesh_is_not_thicker_than_it_is_wide(own, section, said):
+    """The search about such walls would reach everything: of a filled tank it took seconds and gigabytes."""
+    surface = Net(points=[(0, 0, 0), (0.5, 0, 0), (0.5, 1, 0), (0, 1, 0)], cells=[(0, 1, 2, 3)], groups={"all": [0]})
+    sections = [Section(where=Group(name="all"), thickness=section)] if section else []
+    shell = Shell(name="lid", surface=surface, thickness=own, material=HARD, sections=sections)
+    scene = Scene(name="s", title="", source="tests", shells=[shell], duration=1e-3, numerics=Numerics(spacing=0.5))
+    if said is None:
+        plan(scene)
+        return
+    with pytest.raises(SceneError, match=f"^thickness {said} of shell 'lid' is larger than its mesh, 1 m across$"):
+        plan(scene)

@@ -12,6 +12,8 @@ from ...errors import SceneError
 from ...geometry.mesh import SurfaceMesh
 from ...geometry.regions import cells_in
 from ...scene.materials import Material
+from ...scene.surfaces import Given
+from ...scene.units import show
 from .said import Shell
 
 
@@ -47,8 +49,9 @@ class Sheets:
 
 
 def sheets_of(shell: Shell, mesh: SurfaceMesh, where: str = "sections", width: float | None = None) -> Sheets:
-    """What the cells of a shell are made of; a section comes after what the file says. SceneError for a section without a cell; where: its
-    key, for sentences; width [m]: of the cells, by itself the spacing of the mesh."""
+    """What the cells of a shell are made of; a section comes after what the file says. SceneError for a section without a cell, and for
+    cells of a given mesh that are thicker than the mesh is wide; where: its key, for sentences; width [m]: of the cells, by itself the
+    spacing of the mesh."""
     width = mesh.spacing if width is None else width
     sheets = [Sheet(shell.material, shell.thickness, width)]
     of = np.zeros(len(mesh.cells), np.int64)
@@ -72,7 +75,16 @@ def sheets_of(shell: Shell, mesh: SurfaceMesh, where: str = "sections", width: f
             of[caught & (of == old)] = len(sheets)
             sheets.append(Sheet(section.material or before.material, section.thickness or before.thickness, width))
     used, numbers = np.unique(of, return_inverse=True)
-    return Sheets(tuple(sheets[k] for k in used), numbers.astype(np.int32))
+    made = Sheets(tuple(sheets[k] for k in used), numbers.astype(np.int32))
+    if isinstance(shell.surface, Given):  # of the others the scene knows the size
+        _fits(shell, float(made.thickness.max()), float(np.ptp(mesh.points, axis=0).max()))
+    return made
+
+
+def _fits(shell: Shell, thickest: float, across: float) -> None:
+    """SceneError for a thickness [m] above the widest side of the box around a mesh [m]: such a shell would reach everything."""
+    if thickest > across:
+        raise SceneError(f"thickness {show(thickest, 'm')} of shell '{shell.name}' is larger than its mesh, {show(across, 'm')} across")
 
 
 def mean_at_nodes(mesh: SurfaceMesh, values: Sequence[float] | np.ndarray) -> np.ndarray:

@@ -99,6 +99,10 @@ class Contact(Pool):
         """In the order of a restart."""
         return [self.port, self.pairs.table, *([] if self.hidden is None else [self.hidden]), self.pairs, self]
 
+    def renew(self) -> None:
+        """What is told of the last step: a world that ran before forgets its own."""
+        self.touching, self.iterations = 0, 0
+
     def check_start(self) -> None:
         """SceneError when bodies lie in each other at t = 0."""
         port, pairs = self.port, self.pairs
