@@ -34,7 +34,7 @@ def sheets() -> Scene:
     return Scene(name="sheets", title="s", source="tests", shells=shells, rigids=[ball], duration=1e-4, numerics=Numerics(spacing=5e-3))
 
 
-@pytest.mark.parametrize("scene", [struck_can, sheets])
+@pytest.mark.parametrize("scene", [pytest.param(struck_can, marks=pytest.mark.long), sheets])
 def test_pairs_are_put_in_order_in_numpy_as_in_the_kernel(scene, monkeypatch):
     sim = World(scene())
     sim.advance(5)
