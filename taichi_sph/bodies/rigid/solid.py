@@ -1,7 +1,7 @@
 """A rigid body as it is computed: mass, centre, inertia, and the balls by which it is met. NumPy only.
 
 For a closed surface, mass, centre and inertia are sums over the tetrahedra that its triangles form with one point. Shells meet
-its triangles themselves. What has no faces (water, other rigid bodies, solids) meets balls, which stand behind
+its triangles themselves. What has no faces (water, other rigid bodies) meets balls, which stand behind
 the surface and touch it from there. Their radius is `RADIUS` spacings, less where the body is thin, and they stand `PITCH` radii apart.
 Between four of them a flat face is lower by 0.13 radii. Edges and corners are rounded by one radius.
 """
