@@ -19,7 +19,7 @@ from taichi_sph.scene import (
     Numerics,
     Output,
     Perfect,
-    Plate,
+    Pinball,
     Quality,
     Quantity,
     Rigid,
@@ -30,15 +30,13 @@ from taichi_sph.scene import (
 
 RADIUS, THICKNESS, LENGTH = 20e-3, 2e-3, 80e-3  # m
 SPACING = {"draft": 2.0, "standard": 4 / 3, "paper": 1.0}  # thicknesses
-SIDE = 0.1  # m, of a platen
+FLAT = 20.0  # m, radius of a platen's ball: over the tube it is flat within 0.01 mm
 FIRST = 5e-3  # m, of the way: the peak, before folds follow each other
 
 
 def scene(quality: Quality = "draft", speed: Speed = 20.0, way: Length = 45e-3, friction: Dimensionless = 0.0) -> Scene:
     d = SPACING[quality] * THICKNESS
-    low, high = -0.5 * THICKNESS, LENGTH + 0.5 * THICKNESS  # the rims are rounded by half the thickness
-    floor = Plate(length=SIDE, width=SIDE, origin=(-0.5 * SIDE, -0.5 * SIDE, low))
-    platen = Plate(length=SIDE, width=SIDE, origin=(-0.5 * SIDE, 0.5 * SIDE, high), normal=(0, 0, -1))
+    off = FLAT + 0.5 * THICKNESS + 0.51 * d  # the discs of the rims reach half a spacing beyond their nodes
     aluminium = Material(name="aluminium", young=70e9, poisson=0.3, density=2700.0, strength=Perfect(yield_stress=200e6))
     return Scene(
         name="tube_crush",
@@ -56,8 +54,13 @@ def scene(quality: Quality = "draft", speed: Speed = 20.0, way: Length = 45e-3, 
             )
         ],
         rigids=[
-            Rigid(name="floor", surface=floor, held=True),
-            Rigid(name="platen", surface=platen, driven=Driven(velocity=(0, 0, -speed))),
+            Rigid(name="floor", mass=1.0, pinballs=[Pinball(centre=(0, 0, -off), radius=FLAT)], held=True),
+            Rigid(
+                name="platen",
+                mass=1.0,
+                pinballs=[Pinball(centre=(0, 0, LENGTH + off), radius=FLAT)],
+                driven=Driven(velocity=(0, 0, -speed)),
+            ),
         ],
         meetings=[Meeting(between=(name, "tube"), friction=friction) for name in ("floor", "platen")],
         duration=way / speed,
