@@ -42,7 +42,7 @@ def momentum(sim):
     return shell + sim.fluid.p.one * runtime.get(sim.fluid.p.v, sim.fluid.p.n).astype(float).sum(axis=0)
 
 
-@pytest.mark.parametrize("every", [None, 2])
+@pytest.mark.parametrize("every", [None, pytest.param(2, marks=pytest.mark.long)])
 def test_water_thrown_at_its_can_gives_it_its_momentum(every):
     sim = start(can(velocity=(30.0, 0, 10.0), every=every))
     before = momentum(sim)

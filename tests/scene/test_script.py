@@ -46,7 +46,17 @@ def test_every_scene_loads_and_comes_back_from_json(path, quality, tmp_path):
     for scene in found.cases.values() if isinstance(found, Study) else [found]:
         assert scene.quantities, "a scene says what it is to show"
         check_quantities(scene)
-        plan(scene)  # regions, cuts and meshes are tried: what `validate` does
+        if quality == "draft":
+            plan(scene)  # regions, cuts and meshes are tried: what `validate` does
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("path", SCENES, ids=lambda p: p.stem)
+@pytest.mark.parametrize("quality", ["standard", "paper"])
+def test_finer_scenes_can_be_planned(path, quality):
+    found = load(path, {"quality": quality})
+    for scene in found.cases.values() if isinstance(found, Study) else [found]:
+        plan(scene)
 
 
 def test_options_are_typed(tmp_path):
