@@ -28,6 +28,8 @@ SCENES = (
     ("plate_modes", {"edges": "free", "nodes": "regular"}),
     ("clamped_plate", {"slenderness": 0.1, "nodes": "regular", "cells": "quad", "formulation": "elements"}),
     ("taylor_bar", {}),
+    ("exploding_cylinder", {}),
+    ("sphere_entry", {}),
     ("plate_perforation", METAL | {"numerics.formulation": {"kind": "elements", "points": 1}, "shells.0.material.critical_damage": None}),
 )
 HEAD = """# Fields
