@@ -101,7 +101,8 @@ class Surface:
     nothing pushes a body, for it is held or driven.
 
     balls, discs and faces: the elements. A group with discs has the faces between them as well, and a thin ball of half the thickness at
-    each mover: by these two shells meet. walls: the skin of those bodies that have one. Shells meet that, others the balls behind it.
+    each mover: by these two shells meet. walls: the skin of those bodies that have one. What has faces meets
+    that, the rest the balls behind it.
     """
 
     group: Any  # of the kind that derives

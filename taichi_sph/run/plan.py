@@ -17,6 +17,7 @@ from ..bodies.fluid.said import Fluid
 from ..bodies.rigid import solid as rigid_bodies
 from ..bodies.shell.parts import Part, Split, meshed, parts, split_of
 from ..bodies.shell.sections import Sheet, Sheets, sheets_of
+from ..bodies.solid.build import lit
 from ..bodies.solid.said import hastened
 from ..couplings.welds.places import welded
 from ..errors import SceneError
@@ -155,6 +156,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
         shells = {shell.name: made.meshes[shell.name] for shell in scene.shells}
         welded(scene.welds, {name: mesh.points for name, mesh in shells.items()}, {name: mesh.spacing for name, mesh in shells.items()})
     _check_gases(scene, made)
+    _check_detonations(scene, made.solids)
     rigids = {body.name: rigid_bodies.solid_of(body, scene) for body in scene.rigids}
     check_overlaps(scene, made.meshes, made.fillings, rigids)
     bodies = tuple(_part(one, made, scene) for one in parts(scene))
@@ -276,6 +278,16 @@ def _shell(
         memory=size[0] * (BYTES_PER_NODE[n.formulation.kind, kind] + (BENDING_BYTES_PER_NODE if shell.motion == "free" else 0)),
         every=shell.every or 1,
     )
+
+
+def _check_detonations(scene: Scene, meshes: Mapping[str, SolidMesh]) -> None:
+    """Every explosive begins to burn while the scene lasts."""
+    for solid in scene.solids:
+        if solid.material.burns is not None and (first := float(lit(solid, meshes[solid.name]).min())) >= scene.duration:
+            raise SceneError(
+                f"{scene.key_of(solid)}.detonation: its front comes to '{solid.name}' after {show(first, 's')}, and the scene lasts"
+                f" {show(scene.duration, 's')}; light it nearer or sooner"
+            )
 
 
 def _rigid(solid: rigid_bodies.Solid) -> BodyPlan:

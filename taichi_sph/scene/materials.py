@@ -12,6 +12,7 @@ Ready materials with their sources: `taichi_sph.scene.library`.
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, StrictBool, StrictInt, model_validator
@@ -186,6 +187,9 @@ class Delay(Frozen):
 # --- explosive --------------------------------------------------------------------------------------
 
 
+FITS = 0.05  # between the speed of a detonation and that of its gas
+
+
 class Jwl(Frozen):
     """What an explosive becomes behind the front of its detonation: a gas with the law of Jones, Wilkins and Lee (laws/jwl.py). `energy`:
     chemical energy per volume before it burns; `speed`: of the front, which runs from where the solid is lit (Detonation)."""
@@ -201,6 +205,21 @@ class Jwl(Frozen):
 
 
 # --- material ---------------------------------------------------------------------------------------
+
+
+def _detonates(m: Material, gas: Jwl) -> None:
+    """The front is as fast as its gas makes it, and no wave outruns it."""
+    from ..laws.detonation import chapman_jouguet
+
+    speed, _, _ = chapman_jouguet(gas, m.density)
+    if abs(gas.speed / speed - 1.0) > FITS:
+        raise ValueError(f"burns.speed {gas.speed:g} m/s is not that of its gas: the other constants and density give {speed:.4g} m/s")
+    wave = math.sqrt(m.young / m.density * (1 - m.poisson) / ((1 + m.poisson) * (1 - 2 * m.poisson)))
+    if wave >= gas.speed:
+        raise ValueError(
+            f"young {show(m.young, 'Pa')} gives waves of {wave:.4g} m/s, faster than the front, {gas.speed:g} m/s; it is that of"
+            " what has not burnt yet"
+        )
 
 
 class Material(Frozen):
@@ -236,5 +255,7 @@ class Material(Frozen):
             raise ValueError(f"damage: '{self.damage.kind}' is for brittle materials without strength; use 'lemaitre_chaboche'")
         if self.burns is not None and (self.strength is not None or self.damage is not None):
             raise ValueError("burns: an explosive is elastic until it is a gas; leave out strength and damage")
+        if self.burns is not None:
+            _detonates(self, self.burns)
         plausible.material(self)
         return self

@@ -15,7 +15,6 @@ NOT_YET: dict[str, dict[str, str]] = {
         "temperature": "temperature is not followed",
         "thermal": "temperature is not followed",
         "heat": "temperature is not followed",
-        "explosives": "there are no explosives; give their pressure as a SurfacePressure with history = Friedlander(...)",
         "beams": "there are shells, solids, rigid bodies and fluids; no beams",
         "joints": "bodies are joined by contact, springs and welds alone; no joints",
         "constraints": "nodes are held by motions alone; no constraints between nodes",

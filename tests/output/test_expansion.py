@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from taichi_sph.errors import SceneError
 from taichi_sph.frame import BodyFrame
 from taichi_sph.output.measures.expansion import cone_angle, expansion_speed, expansion_speed_max
 
@@ -63,3 +64,11 @@ def test_the_angle_of_a_cone():
     run = run_of([still, moved], [0.0, 2e-5])
     assert cone_angle(run, SCENE, time=1.9e-5) == pytest.approx(11.0, abs=1e-6)
     assert cone_angle(run, SCENE, time=0.0) is None
+    ring = frame(lambda z: RADIUS + 1e-3 * (z == 0.0), 100.0, 1e-6)  # one ring alone has no angle
+    assert cone_angle(run_of([ring], [1e-6]), SCENE, time=1e-6) is None
+
+
+def test_a_place_outside_of_the_tube_is_told():
+    run = run_of([frame(lambda z: np.full_like(z, RADIUS), 0.0, 0.0)], [0.0])
+    with pytest.raises(SceneError, match="tube 'tube' has no node near along = 1 m"):
+        expansion_speed_max(run, SCENE, along=1.0)

@@ -7,7 +7,11 @@ import pytest
 from pydantic import ValidationError
 
 from taichi_sph import runtime
-from taichi_sph.laws import jwl
+from taichi_sph.bodies.solid.build import lit
+from taichi_sph.errors import SceneError
+from taichi_sph.geometry.solids import mesh_of
+from taichi_sph.laws import detonation
+from taichi_sph.run.plan import plan
 from taichi_sph.scene import (
     Box,
     Brick,
@@ -45,13 +49,13 @@ def tube(cells: int, duration: float, length: float = LONG, **more) -> Scene:
 
 
 def test_the_state_of_chapman_and_jouguet():
-    speed, pressure, volume = jwl.detonation(GAS, 1900.0)
+    speed, pressure, volume = detonation.chapman_jouguet(GAS, 1900.0)
     assert speed == pytest.approx(7596, abs=1)  # T table 2.12
     assert pressure == pytest.approx(30.0e9, rel=2e-3)  # not T's 28: that is of another exponent
     # sound there is as fast as the gas leaves the front: the isentrope by small steps
     V, E, p, h = volume, GAS.energy + 0.5 * pressure * (1 - volume), pressure, 1e-6
-    after = jwl.pressure(GAS, V + h, E - (p - 0.5 * h * p) * h)
-    before = jwl.pressure(GAS, V - h, E + p * h)
+    after = detonation.pressure(GAS, V + h, E - (p - 0.5 * h * p) * h)
+    before = detonation.pressure(GAS, V - h, E + p * h)
     sound = np.sqrt(-(V**2) * (after - before) / (2 * h) / 1900.0)
     assert sound == pytest.approx(speed * volume, rel=1e-3)
 
@@ -88,7 +92,7 @@ def slab(cells: int, length: float, until: float) -> float:
         dV, burnt = now - V, np.clip((t - lit) * GAS.speed / (1.5 * h), 0, 1)
         rate = np.maximum(-dV / dt, 0.0) * h
         after = burnt * 1900 / now * rate * (300.0 + rate)
-        dead, hot = jwl.pressure(GAS, now, 0.0), GAS.omega / now
+        dead, hot = detonation.pressure(GAS, now, 0.0), GAS.omega / now
         E = (E - 0.5 * (p + q + burnt * dead + after) * dV) / (1 + 0.5 * burnt * hot * dV)
         p, q, V = np.maximum(burnt * (dead + hot * E), 0.0), after, now
     return float(v[-1])
@@ -124,7 +128,7 @@ def test_a_sealed_bomb_keeps_its_energy():
     assert abs(found["closed_residual_percent"]) < 1e-6
     cells = world.group_of("gas").cells
     assert (runtime.get(cells.burnt, cells.n) == 1).all()
-    assert runtime.get(cells.pressure, cells.n).mean() == pytest.approx(jwl.pressure(GAS, 1.0, GAS.energy), rel=0.05)
+    assert runtime.get(cells.pressure, cells.n).mean() == pytest.approx(detonation.pressure(GAS, 1.0, GAS.energy), rel=0.05)
 
 
 def test_the_same_bits_over_a_restart_and_on_two_threads():
@@ -145,6 +149,7 @@ def test_the_same_bits_over_a_restart_and_on_two_threads():
     [
         ({"detonation": None}, "detonation is missing: 'gas' is an explosive"),
         ({"detonation": {"point": (0, 0, 0), "normal": (0, 0, 0)}}, "normal is (0, 0, 0)"),
+        ({"formulation": "particles"}, "material.burns: not possible yet for particles"),
         ({"viscous": True}, "viscous: the gas of an explosive has its own"),
         ({"material": {"name": "s", "young": 210e9, "poisson": 0.3, "density": 7800}}, "detonation: 'gas' is no explosive"),
         ({"material": LX17.model_dump() | {"strength": {"kind": "perfect", "yield_stress": 1e7}}}, "burns: an explosive is elastic"),
@@ -165,3 +170,29 @@ def test_the_scene_of_the_thesis():
     scene = load_scene(Path(__file__).parents[2] / "scenes" / "exploding_cylinder.py")
     steel, gas = scene.shells[0], scene.solids[0]
     assert gas.material.burns == GAS and steel.material.damage.rupture == 0.91
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (
+            {"burns": GAS.model_dump() | {"speed": 3000.0}},
+            "burns.speed 3000 m/s is not that of its gas: the other constants and density give 7596",
+        ),
+        ({"young": 200e9}, "faster than the front, 7596 m/s"),
+    ],
+)
+def test_constants_that_do_not_fit(change, said):
+    with pytest.raises(ValidationError, match=said):
+        Material(**(LX17.model_dump() | change))
+
+
+def test_what_never_burns_is_refused_and_a_plane_burns_to_both_sides():
+    scene = tube(10, 4e-6)
+    solid, mesh = scene.solids[0], mesh_of(scene.solids[0], scene)
+    middle = solid.model_copy(update={"detonation": Detonation(point=(0.5 * LONG, 0, 0), normal=(2, 0, 0))})
+    assert lit(middle, mesh) == pytest.approx(np.abs(mesh.centres[:, 0] - 0.5 * LONG) / GAS.speed)
+    for far in (Detonation(point=(10, 0, 0)), Detonation(point=(0, 0, 0), time=1.0)):
+        never = scene.model_copy(update={"solids": (solid.model_copy(update={"detonation": far}),)})
+        with pytest.raises(SceneError, match="detonation: its front comes to 'gas' after .* and the scene lasts 4 us"):
+            plan(never)

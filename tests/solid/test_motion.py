@@ -7,6 +7,7 @@ from taichi_sph import runtime
 from taichi_sph.scene import (
     Box,
     Brick,
+    Cells,
     InitialVelocity,
     LemaitreChaboche,
     Material,
@@ -181,6 +182,32 @@ def test_a_fine_sheet_meets_the_faces_of_a_coarse_block():
     momentum += runtime.get(group.nodes.mass, group.nodes.n) @ runtime.get(group.nodes.v, group.nodes.n)
     assert momentum == pytest.approx([0, 0, -10 * 7800 * 0.2**2 * 1e-3], abs=1e-9)
     energies_close(world, 0.5)
+
+
+def test_faces_of_a_graded_block_stand_where_its_surface_is():
+    """Cells of 20 mm beside cells of 2 mm: a sheet a hair above them is not inside, and one that lies on them stops there."""
+    x, y = np.array([0.0, 0.02, 0.04, 0.042, 0.044, 0.046]), np.array([0.0, 0.02, 0.04])
+    k, j, i = np.meshgrid(np.arange(2), np.arange(len(y)), np.arange(len(x)), indexing="ij")
+    points = np.column_stack([x[i.ravel()], y[j.ravel()], 0.02 * k.ravel()])
+    row, layer = len(x), len(x) * len(y)
+    foot = np.array([[c, c + 1, c + row + 1, c + row] for c in (b * row + a for b in range(len(y) - 1) for a in range(len(x) - 1))])
+    block = Solid(name="block", shape=Cells(points=points, cells=np.column_stack([foot, foot + layer])), material=Material(**STEEL))
+    sheet = Shell(
+        name="sheet", surface=Plate(length=0.036, width=0.03, origin=(0.005, 0.005, 0.02 + 0.5e-3 + 1e-6)), thickness=1e-3,
+        material=Material(**STEEL), motion="free", spacing=3e-3,
+    )  # fmt: skip
+    scene = Scene(
+        name="graded", title="Graded", source="tests", duration=2e-5, shells=[sheet], solids=[block],
+        initial=[InitialVelocity(body="sheet", velocity=(0, 0, -5))], numerics=Numerics(spacing=3e-3),
+    )  # fmt: skip
+    world = start(scene)
+    world.advance_to(scene.duration)
+    shell = world.shell
+    height = shell.mesh.points[:, 2] + runtime.get(shell.nodes.u, shell.nodes.n)[:, 2] - 0.5e-3
+    group = group_of(world)
+    top = points[:, 2] > 0.019
+    assert height.min() > (points[top, 2] + runtime.get(group.nodes.u, group.nodes.n)[top, 2]).min() - 1e-6
+    assert height.min() > 0.02 - 6e-5  # it would have come down by 0.1 mm
 
 
 @pytest.mark.long

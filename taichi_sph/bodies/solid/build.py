@@ -95,16 +95,16 @@ def chemical(body: SolidBody) -> float:
     return 0.0 if gas is None else gas.energy
 
 
-def lit(body: SolidBody) -> np.ndarray:
+def lit(solid: Solid, mesh: SolidMesh) -> np.ndarray:
     """(M,) when the front of the detonation reaches the middle of each cell of a body of explosive [s]. It runs straight: nothing stands in
-    its way."""
-    said, gas = body.said.detonation, body.said.material.burns
+    its way. From a plane it runs to both sides."""
+    said, gas = solid.detonation, solid.material.burns
     assert said is not None and gas is not None
-    away = body.mesh.centres - np.asarray(said.point)
+    away = mesh.centres - np.asarray(said.point)
     if said.normal is None:
         far = np.linalg.norm(away, axis=1)
     else:
-        far = np.maximum(away @ np.asarray(said.normal) / np.linalg.norm(said.normal), 0.0)
+        far = np.abs(away @ np.asarray(said.normal)) / np.linalg.norm(said.normal)
     return said.time + far / gas.speed
 
 

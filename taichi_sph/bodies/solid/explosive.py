@@ -11,7 +11,7 @@ chemical one, takes all the work of the cell that is not stored elastically:
     e_1 + (1 - f_1) W_1 = e_0 + (1 - f_0) W_0 + 1/2 (P_0 + P_1) : (F_1 - F_0)
 
 p is linear in e_1, so this is solved at once. It is the work that the forces of the cell do in a step (world/step.py), so the books close
-to rounding however fast the front is. A gas bears no tension.
+however fast the front is: to rounding in one dimension, to some 1e-4 % in space. A gas bears no tension.
 """
 
 from ...laws import elastic_solid, jwl
@@ -35,7 +35,7 @@ def advance(cells: ti.template(), material: ti.template(), s, E: ti.template(), 
     solid, held = F @ symmetric.matrix(S), 0.5 * symmetric.product(S, E)
     before, burnt = cells.burnt[s], cells.burnt[s]
     p, q, energy = cells.pressure[s], cells.viscosity[s], cells.energy[s]
-    zeta = J * 0.0
+    damping = J * 0.0
     least = ti.max(2.0 * symmetric.eigenvalues(E)[2] + 1.0, 1e-6)  # square of the least stretch
     if dt > 0.0:
         burnt = ti.cast(ti.max(0.0, ti.min(1.0, (time - cells.lit[s]) * ti.cast(material.front[b] / (WIDTH * h), ti.f64))), float)
@@ -45,20 +45,20 @@ def advance(cells: ti.template(), material: ti.template(), s, E: ti.template(), 
             width, rate = h * ti.sqrt(least), ti.max(-grown, 0.0) / (J * dt)
             c = ti.sqrt(ti.max(jwl.modulus(material, b, J, energy, p) / density, 1.0))
             q = density / J * width * rate * (LINEAR * c + SQUARE * width * rate)
-            zeta = LINEAR + 2.0 * SQUARE * width * rate / c
+            damping = LINEAR + 2.0 * SQUARE * width * rate / c
         known = energy + (1.0 - before) * cells.held[s] - (1.0 - burnt) * held
         known += 0.5 * ((square(cells.stress[s]) + (1.0 - burnt) * solid) * change).sum()
-        hot, none = material.omega[b] / J, jwl.cold(material, b, J)
-        energy = (known - 0.5 * burnt * (none + q) * grown) / (1.0 + 0.5 * burnt * hot * grown)
-        p = none + hot * energy
+        warmth, cold = material.omega[b] / J, jwl.cold(material, b, J)
+        energy = (known - 0.5 * burnt * (cold + q) * grown) / (1.0 + 0.5 * burnt * warmth * grown)
+        p = cold + warmth * energy
         if p < 0.0:
             p, energy = J * 0.0, known - 0.5 * burnt * q * grown
         if burnt == 0.0:
             p *= 0.0
     P = (1.0 - burnt) * solid - burnt * (p + q) * areas
     modulus = jwl.modulus(material, b, J, energy, p)
-    more = zeta + ti.sqrt(1.0 + zeta * zeta)
-    stiff = burnt * modulus / (material.lame[b] + 2.0 * material.shear[b]) / least * more * more
+    faster = damping + ti.sqrt(1.0 + damping * damping)
+    stiff = burnt * modulus / (material.lame[b] + 2.0 * material.shear[b]) / least * faster * faster
     softer = cells.softer[s]
     if dt > 0.0:
         cells.burnt[s], cells.pressure[s], cells.viscosity[s], cells.energy[s] = burnt, p, q, energy

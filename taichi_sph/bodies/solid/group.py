@@ -75,7 +75,7 @@ class SolidGroup(Rest):
         """Velocities, when explosives are lit, and the stable step, once all bodies are there."""
         runtime.put(self.nodes.v, initial_velocity(self.scene, self.solids))
         if self.material.burns:
-            runtime.put(self.cells.lit, np.concatenate([lit(body) for body in self.solids]))
+            runtime.put(self.cells.lit, np.concatenate([lit(body.said, body.mesh) for body in self.solids]))
             runtime.put(self.cells.energy, np.concatenate([np.full(body.cells.n, chemical(body)) for body in self.solids]))
         self.stable = StableStep(self, f"solid.stable{self.suffix}")
 

@@ -35,8 +35,8 @@ class Particles(Frozen):
 
 
 class Detonation(Frozen):
-    """Where and when an explosive is lit: a front that begins at a `point`, or, with a `normal`, at the plane through it, and runs along
-    that."""
+    """Where and when an explosive is lit: a front that begins at a `point`, or, with a `normal`, at the plane through it, and runs to both
+    sides."""
 
     point: Point
     normal: Direction | None = None
@@ -89,6 +89,8 @@ class Solid(Body):
             raise ValueError(f"detonation: '{self.name}' is no explosive; give its material `burns`, or leave it out")
         if material.burns is not None and self.detonation is None:
             raise ValueError(f"detonation is missing: '{self.name}' is an explosive; say where it is lit, Detonation(point=...)")
+        if material.burns is not None and self.formulation.kind == "particles":
+            raise ValueError(f"material.burns: not possible yet for particles; set the formulation of '{self.name}' to 'trilinear'")
         if material.burns is not None and self.viscous:
             raise ValueError(f"viscous: the gas of an explosive has its own bulk viscosity; leave it out of '{self.name}'")
         if self.formulation.kind == "particles" and material.critical_damage is not None:

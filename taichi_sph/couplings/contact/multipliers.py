@@ -282,7 +282,11 @@ def _flat_geometry(contact: ti.template(), k, turning):
     if pairs.sort[k] == FACE:
         at, disc = pairs.corner[k], port.face_disc[other]
         split, q = nearest(port.x[at[0]], port.x[at[1]], port.x[at[2]], port.x[at[3]], ti.select(disc[3] < 0, 3, 4), c)
-        thick += port.disc_half[disc[0]]
+        half = port.disc_half[disc[0]]
+        thick += half
+        for j in ti.static(range(1, 4)):  # as thick as at its corners; an even sheet to the bit
+            if disc[j] >= 0:
+                thick += split[j] * (port.disc_half[disc[j]] - half)
         away = c - q
         distance = away.norm()
         pairs.split[k] = split

@@ -428,6 +428,9 @@ def _near_faces(
                 for m in range(first, last):
                     f = pairs.face_grid.sorted[m]
                     x, half, size = port.face_x[f], port.disc_half[port.face_disc[f][0]], port.face_reach[f]
+                    for j in ti.static(range(1, 4)):
+                        if port.face_disc[f][j] >= 0:
+                            half = ti.max(half, port.disc_half[port.face_disc[f][j]])
                     far = ball + half + size + reach
                     if size >= 0.0 and (c - x).norm_sqr() < far * far:
                         if all(cube(x, inverse) == there) and _two_things(pairs, d, f) == 1:

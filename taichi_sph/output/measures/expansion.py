@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from ...errors import SceneError
 from ...frame import BodyFrame
 from ...scene import Scene
 from ..folder import RunFolder
@@ -28,6 +29,8 @@ def _rings(run: RunFolder, scene: Scene, body: str | None, along: float) -> tupl
     for frame in run.frames(name):
         reference = frame.reference
         near = np.abs(reference[:, 2] - along) <= node_spacing(reference, frame.cells)
+        if not near.any():
+            raise SceneError(f"expansion: tube '{name}' has no node near along = {along:g} m")
         across = frame.points[near, :2] - reference[:, :2].mean(axis=0)
         radius = np.linalg.norm(across, axis=1)
         start = np.linalg.norm(reference[near, :2] - reference[:, :2].mean(axis=0), axis=1).mean()
@@ -70,5 +73,7 @@ def _cone(frame: BodyFrame) -> float | None:
         return None
     low, size = moved.min(), np.ptp(moved)
     inside = (z >= low + LOW * size) & (z <= low + HIGH * size)
+    if not inside.any() or np.ptp(z[inside]) <= 0.0:
+        return None
     slope = np.polyfit(z[inside], grown[inside], 1)[0]
     return float(math.degrees(math.atan(abs(slope))))
