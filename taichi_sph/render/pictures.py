@@ -207,7 +207,8 @@ def _subtitle(run: RunFolder, *parts: str) -> str:
     scene = run.scene
     numerics = scene.numerics
     head = f"{scene.quality}, {scene.formulations}, spacing {numerics.spacing * 1e3:.3g} mm"
-    return "   ·   ".join([head, *(p for p in parts if p)])
+    without = f"without {', '.join(names)}" if (names := struck.hidden(run)) else ""
+    return "   ·   ".join([head, *(p for p in (*parts, without) if p)])
 
 
 def render_run(folder: Path | str, notice: Callable[[str], None] | None = None, movie: bool = False) -> list[Path]:

@@ -47,10 +47,14 @@ def suffers(run: RunFolder) -> bool:
     return bool(run.of_kind("shell")) and (flight(run) is not None or bool(tanks(run)))
 
 
+def hidden(run: RunFolder) -> list[str]:
+    """Explosives beside shells: their gas would hide what it drives."""
+    return [solid.name for solid in run.scene.solids if solid.material.burns is not None] if run.of_kind("shell") else []
+
+
 def whole(run: RunFolder, index: int) -> list[BodyFrame]:
-    """All bodies of a frame. The gas of an explosive would hide the shells that it drives, and is left out beside them."""
-    bodies = [run.frames(name).body(index) for name in run.bodies()]
-    return [body for body in bodies if "burnt" not in body.cell_data] if run.of_kind("shell") else bodies
+    """All bodies of a frame, without those that are `hidden`."""
+    return [run.frames(name).body(index) for name in run.bodies() if name not in hidden(run)]
 
 
 def bodies_at(run: RunFolder, index: int) -> list[BodyFrame]:
