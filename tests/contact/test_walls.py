@@ -55,7 +55,7 @@ def sheet(sim) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return sim.shell.mesh.points + u, v, runtime.get(nodes.mass, nodes.n).astype(float)
 
 
-@pytest.mark.parametrize("moving", [False, True])
+@pytest.mark.parametrize("moving", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_a_sheet_on_a_flat_face(moving):
     """All nodes come to touch at once, by one wall each: the sheet takes the speed of the face and stays on it. The impulse on the face is
     what the sheet loses, and a plastic impact takes 1/2 m v2."""
@@ -79,6 +79,7 @@ def test_a_sheet_on_a_flat_face(moving):
     assert found["contact"] == pytest.approx(0.5 * MASS * SPEED**2, rel=1e-9) and abs(found["closed_residual_percent"]) < 1e-6
 
 
+@pytest.mark.long
 def test_a_face_rubs():
     """By Coulomb's law a sheet that comes down aslant loses mu times the speed across as well."""
     sim = World(scene(floor(), velocity=(SPEED, 0, -SPEED), meetings=[Meeting(between=("floor", "sheet"), friction=0.3)]))

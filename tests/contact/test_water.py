@@ -66,7 +66,8 @@ def test_a_sound_can_at_rest_under_gravity_stays_so():
     assert (v**2).sum(axis=1).mean() < 1e-2 * 2 * 9.81 * 0.2
 
 
-@pytest.mark.parametrize("every", [None, pytest.param(2, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("every", [None, 2])
 def test_restart_is_exact_with_water_and_striker(every):
     bullet = Rigid(name="bullet", mass=0.03, pinballs=[Pinball(centre=(0.065, 0, 0.1), radius=0.009)], velocity=(-200.0, 0, 0))
 
