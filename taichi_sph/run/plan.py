@@ -17,8 +17,7 @@ from ..bodies.fluid.said import Fluid
 from ..bodies.rigid import solid as rigid_bodies
 from ..bodies.shell.parts import Part, Split, meshed, parts, split_of
 from ..bodies.shell.sections import Sheet, Sheets, sheets_of
-from ..bodies.solid.build import lit
-from ..bodies.solid.said import hastened
+from ..bodies.solid.build import hastened, lit
 from ..couplings.welds.places import welded
 from ..errors import SceneError
 from ..geometry.cuts import cells_cut
@@ -358,7 +357,6 @@ def _counted_solid(solid: Solid, scene: Scene) -> BodyPlan:
 def _of_cells(solid: Solid, scene: Scene, size: tuple[int, int], mass: float, finest: float, note: str) -> BodyPlan:
     """size: nodes and cells; mass [kg]; finest spacing [m]."""
     m, kind = solid.material, solid.formulation.kind
-    pressed = (1 - m.poisson) / ((1 + m.poisson) * (1 - 2 * m.poisson))  # modulus of pressure waves over E
     shape = solid.shape
     return BodyPlan(
         name=solid.name,
@@ -369,7 +367,7 @@ def _of_cells(solid: Solid, scene: Scene, size: tuple[int, int], mass: float, fi
         thickness=0.0,
         spacing_min=finest,
         spacing_max=scene.numerics_of(solid).spacing,
-        dt=scene.numerics.time_step_safety * SOLID_STEP[kind] * finest * math.sqrt(m.density / (m.young * pressed)) / hastened(m),
+        dt=scene.numerics.time_step_safety * SOLID_STEP[kind] * finest / m.wave_speed / hastened(m),
         note=note,
         memory=size[0] * SOLID_BYTES_PER_NODE[kind],
     )

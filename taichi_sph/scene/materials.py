@@ -214,10 +214,9 @@ def _detonates(m: Material, gas: Jwl) -> None:
     speed, _, _ = chapman_jouguet(gas, m.density)
     if abs(gas.speed / speed - 1.0) > FITS:
         raise ValueError(f"burns.speed {gas.speed:g} m/s is not that of its gas: the other constants and density give {speed:.4g} m/s")
-    wave = math.sqrt(m.young / m.density * (1 - m.poisson) / ((1 + m.poisson) * (1 - 2 * m.poisson)))
-    if wave >= gas.speed:
+    if m.wave_speed >= gas.speed:
         raise ValueError(
-            f"young {show(m.young, 'Pa')} gives waves of {wave:.4g} m/s, faster than the front, {gas.speed:g} m/s; it is that of"
+            f"young {show(m.young, 'Pa')} gives waves of {m.wave_speed:.4g} m/s, faster than the front, {gas.speed:g} m/s; it is that of"
             " what has not burnt yet"
         )
 
@@ -235,6 +234,12 @@ class Material(Frozen):
     delay: Delay | None = None
     critical_damage: Annotated[Dimensionless, Field(gt=0, le=1)] | None = None  # D_c: rupture
     burns: Jwl | None = None  # an explosive; young and poisson are those of what has not burnt yet
+
+    @property
+    def wave_speed(self) -> float:
+        """Of pressure waves in a solid at rest [m/s]."""
+        pressed = (1 - self.poisson) / ((1 + self.poisson) * (1 - 2 * self.poisson))  # modulus of these waves over E
+        return math.sqrt(pressed * self.young / self.density)
 
     @property
     def laws(self) -> tuple:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...runtime import ti
 from ..body import Now, Span
+from ..faces import lay_face
 from ..nodal.loads import history
 from ..surface import BODY, DISC, FACE, FIRST, THIN, Discs, Faces, Surface
 from .surface import place
@@ -103,19 +104,7 @@ def _look_faces(port: ti.template(), cells: ti.template(), n: ti.i32, bodies: ti
     for b in range(first[BODY], first[BODY] + bodies):
         port.widest_face[b] = 0.0
     for s in range(n):
-        corners = port.face_disc[first[FACE] + s]
-        b = port.disc_body[corners[0]]
-        sides = ti.select(corners[3] < 0, 3, 4)
-        x = ti.Vector([0.0, 0.0, 0.0], ti.f64)
-        for k in range(sides):
-            x += port.disc_x[corners[k]] / sides
-        reach = ti.cast(-1.0, ti.f64)
-        if cells.broken[s] == 0:
-            for k in range(sides):
-                reach = ti.max(reach, (port.disc_x[corners[k]] - x).norm())
-            if reach > port.widest_face[b]:
-                ti.atomic_max(port.widest_face[b], reach)
-        port.face_x[first[FACE] + s], port.face_reach[first[FACE] + s] = x, reach
+        lay_face(port, first[FACE] + s, cells.broken[s] == 0)
 
 
 @ti.kernel

@@ -10,9 +10,11 @@ import numpy as np
 
 from ...geometry.regions import inside
 from ...geometry.solids import SolidMesh, mesh_of
-from ...scene import Scene, Step
+from ...scene import Material, Scene, Step
 from ..body import Span
 from .said import Solid
+
+BURNS = 2.5  # of the frequency: bulk viscosity in the front of a detonation
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,11 @@ def node_motions(scene: Scene, bodies: Sequence[SolidBody]) -> Iterator[tuple]:
     for body, motion, i in _loaded(scene, bodies, "motions"):
         given = motion.velocity
         yield body.nodes.first + i, [v is not None for v in given], [v or 0.0 for v in given], (), (), motion.history.points
+
+
+def hastened(material: Material) -> float:
+    """How many times as fast as before it burns an explosive swings, in the front of its detonation; 1 for others."""
+    return 1.0 if material.burns is None else BURNS * max(1.0, material.burns.speed / material.wave_speed)
 
 
 def chemical(body: SolidBody) -> float:

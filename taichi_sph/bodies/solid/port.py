@@ -15,6 +15,7 @@ from ... import runtime
 from ...pool import Pool
 from ...runtime import ti
 from ..body import Now, Span
+from ..faces import lay_face
 from ..nodal.loads import history
 from ..surface import BODY, DISC, FACE, FIRST, MOVER, THIN, Discs, Faces, Surface
 
@@ -188,19 +189,7 @@ def _look_faces(port: ti.template(), of: ti.template(), n: ti.i32, bodies: ti.i3
     for b in range(at[BODY], at[BODY] + bodies):
         port.widest_face[b] = 0.0
     for f in range(n):
-        corners = port.face_disc[at[FACE] + f]
-        b = port.disc_body[corners[0]]
-        sides = ti.select(corners[3] < 0, 3, 4)
-        x = ti.Vector([0.0, 0.0, 0.0], ti.f64)
-        for k in range(sides):
-            x += port.disc_x[corners[k]] / sides
-        reach = ti.cast(-1.0, ti.f64)
-        if _normal(of.skin, of.nodes, of.cells, f).norm_sqr() > 0.0:
-            for k in range(sides):
-                reach = ti.max(reach, (port.disc_x[corners[k]] - x).norm())
-            if reach > port.widest_face[b]:
-                ti.atomic_max(port.widest_face[b], reach)
-        port.face_x[at[FACE] + f], port.face_reach[at[FACE] + f] = x, reach
+        lay_face(port, at[FACE] + f, _normal(of.skin, of.nodes, of.cells, f).norm_sqr() > 0.0)
 
 
 @ti.kernel

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, StrictBool, model_validator
@@ -12,8 +11,6 @@ from ...scene.kinds import Kind
 from ...scene.materials import Material
 from ...scene.solids import Made, Shape
 from ...scene.units import Dimensionless, Length, Time, show
-
-BURNS = 2.5  # of the frequency: bulk viscosity in the front of a detonation
 
 
 class Trilinear(Frozen):
@@ -47,14 +44,6 @@ class Detonation(Frozen):
         if self.normal is not None and not any(self.normal):
             raise ValueError("normal is (0, 0, 0): give the direction in which the front runs, or leave it out for a front from a point")
         return self
-
-
-def hastened(material: Material) -> float:
-    """How many times as fast as before it burns an explosive swings, in the front of its detonation; 1 for others."""
-    if material.burns is None:
-        return 1.0
-    pressed = (1 - material.poisson) / ((1 + material.poisson) * (1 - 2 * material.poisson))  # modulus of pressure waves over E
-    return BURNS * max(1.0, material.burns.speed / math.sqrt(pressed * material.young / material.density))
 
 
 class Solid(Body):

@@ -15,8 +15,8 @@ from ...numerics.lanczos import largest
 from ...numerics.reduce import BLOCK
 from ...pool import Pool
 from ..body import Now
+from .build import hastened
 from .forces import gather, stiffest, strain
-from .said import hastened
 
 if TYPE_CHECKING:
     from .group import SolidGroup
