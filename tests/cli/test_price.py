@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import re
+from pathlib import Path
 
 import pytest
 
 from taichi_sph.errors import SceneError
 from taichi_sph.scene import load_scene
 from taichi_sph.studies import sweep
-from taichi_sph.studies.price import judge, words
+from taichi_sph.studies.price import command, judge, words
 from taichi_sph.studies.price.knobs import BASE, PAPER, THESIS, knobs, together
 
 from ..scene.examples import GOOD
@@ -156,8 +157,14 @@ def test_what_is_judged():
     assert judge.judged(entries) == (["width"], ["count"])
     assert judge.judged(entries, ["speed"]) == (["speed"], ["count"])
     assert judge.judged({"speed": entry(3.0), "force": entry(1.0)}) == (["speed"], [])
-    with pytest.raises(SceneError, match="--quantity sped: the scene has no such quantity; did you mean 'speed'"):
-        judge.judged(entries, ["sped"])
+
+
+def test_a_quantity_that_the_scene_has_not_is_refused_before_a_point_runs(tmp_path):
+    with pytest.raises(
+        SceneError, match="--quantity time_to_rupture: the scene has no such quantity; did you mean 'time_to_rupture.body=left"
+    ):
+        command.main(Path(__file__).parents[2] / "scenes" / "two_tanks.py", {}, tmp_path / "price", quantities=["time_to_rupture"])
+    assert not list((tmp_path / "price").glob("points/*"))
 
 
 def point(name, value, processor, met=True, spacing=1.0, status="done"):

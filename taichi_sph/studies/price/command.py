@@ -10,13 +10,14 @@ from typing import Any
 from ...errors import RunInterrupted, RunStopped, SceneError, TaichiSphError
 from ...output import files
 from ...output.lock import locked
+from ...output.summary import quantity_names
 from ...run.draw import can_draw
 from ...run.gate import check_out
 from ...run.plan import plan
 from ...run.progress import Progress
 from ...scene.script import load_scene, parameters_of
 from .. import sweep
-from .judge import QUALITY_RULE, error_of, front, judged, only_spacing, point, qualities, references
+from .judge import QUALITY_RULE, check_asked, error_of, front, judged, only_spacing, point, qualities, references
 from .knobs import BASE, PAPER, THESIS, Settings, knobs, together
 from .words import FOLDER, sentences, table
 
@@ -53,6 +54,7 @@ def main(
     scene = load_scene(path, base)
     if not scene.quantities:
         raise SceneError(f"scene '{scene.name}' has no quantities, so there is no error to measure")
+    check_asked(quantities, [name for name, _ in quantity_names(scene)])
     options = list(parameters_of(path)) if path.suffix == ".py" else []
     out = out or Path("runs") / f"{scene.name}-price"
     check_out(out, 1_000_000, sweep.MARK)

@@ -46,11 +46,15 @@ def only_spacing(settings: Settings) -> bool:
     return settings.keys() - own <= {"quality", "numerics.spacing"} and (not own or "numerics.spacing" in settings)
 
 
+def check_asked(wanted: Sequence[str], names: Sequence[str]) -> None:
+    """Refuses a quantity that is asked for and that the scene does not have, before any point runs. names: of its quantities."""
+    for name in wanted:
+        if name not in names:
+            raise SceneError(f"--quantity {name}: the scene has no such quantity{nearest(name, names)}")
+
+
 def judged(entries: Mapping[str, Mapping[str, Any]], wanted: Sequence[str] = ()) -> tuple[list[str], list[str]]:
     """Names of the quantities that are judged by their error, and of the counts that must come out. entries: of a summary."""
-    for name in wanted:
-        if name not in entries:
-            raise SceneError(f"--quantity {name}: the scene has no such quantity{nearest(name, entries)}")
     counts = [k for k, e in entries.items() if e["tolerance"] == 0 and e["target"] is not None and k not in wanted]
     own = [k for k, e in entries.items() if e["target"] and k not in counts]
     return list(wanted) or own or [k for k in entries if k not in counts][:1], counts
