@@ -13,7 +13,7 @@ from ...errors import SceneError, nearest
 from ...scene import Scene
 from ...scene.check import shortened
 from ..folder import RunFolder
-from . import column, cracks, entry, expansion, fluid, fragments, leak, perforation, plates, solids, waves
+from . import column, cracks, entry, expansion, fluid, folds, fragments, leak, perforation, plates, solids, waves
 
 Measure = Callable[..., float | None]
 
@@ -78,6 +78,7 @@ MEASURES: dict[str, tuple[Measure, str]] = {  # name -> function, unit
     "expansion_speed": (expansion.expansion_speed, "m/s"),
     "expansion_speed_max": (expansion.expansion_speed_max, "m/s"),
     "cone_angle": (expansion.cone_angle, "deg"),
+    "fold_length": (folds.fold_length, "m"),
     "layer_pressure": (fluid.layer_pressure, "Pa"),
     "face_pressure": (column.face_pressure, "Pa"),
     "face_pressure_peak": (column.face_pressure_peak, "Pa"),
