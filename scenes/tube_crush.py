@@ -2,10 +2,10 @@
 
 Mean radius 20 mm, thickness 2 mm, length 80 mm, perfectly plastic with 200 MPa; the platens close at 20 m/s, by 45 mm of the 80. Tubes of
 2R/e = 20 fold in rings (concertina). With M = sigma e^2 / (2 3^1/2), hinges that do not move (Alexander 1960) give the mean force
-M (20.73 (2R/e)^1/2 + 6.28) = 22.9 kN and folds of 1.905 (2R e)^1/2 = 17.0 mm. Abramowicz and Jones 1986 bend the walls between the hinges and
-let a fold be crushed to 0.86 - 0.568 (e/2R)^1/2 = 0.733 of its length, for the sheet has a thickness:
-M (20.79 (2R/e)^1/2 + 11.90) / 0.733 = 33.0 kN, and folds of 1.76 (2R e)^1/2 = 15.7 mm. So the force shows how near to each other folds
-may come: the shell meets itself.
+M (20.73 (2R/e)^1/2 + 6.28) = 22.9 kN and folds of 1.905 (2R e)^1/2 = 17.0 mm. Abramowicz and Jones 1986 bend the walls between the
+hinges and let a fold be crushed to 0.86 - 0.568 (e/2R)^1/2 = 0.733 of its length, for the sheet has a thickness:
+M (20.79 (2R/e)^1/2 + 11.90) / 0.733 = 33.0 kN, and folds of 1.76 (2R e)^1/2 = 15.7 mm. So the force shows how near to each other
+folds may come: the shell meets itself.
 
 The rims stand in grooves: they turn, but do not slide. Rims that slide freely on the platens (`slide = true`) flare and curl outward, and
 the tube is turned inside out from both ends instead of folding.

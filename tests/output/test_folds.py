@@ -29,8 +29,8 @@ def test_a_straight_tube_between_two_stacks_does_not_count():
         return RADIUS + 2 * THICKNESS * np.where((z < 0.08) | (z > 0.12), folds, -1.0)
 
     run = run_of([frame(radius, 0.0, 0.0)], [0.0])
-    assert np.diff(outward_rings(run, SCENE)) == pytest.approx([0.04, 0.08, 0.04], rel=1e-6)
-    assert fold_length(run, SCENE) == pytest.approx(0.04, rel=1e-6)
+    assert np.diff(outward_rings(run, SCENE)) == pytest.approx([0.04, 0.08, 0.04], rel=5e-3)
+    assert fold_length(run, SCENE) == pytest.approx(0.04, rel=5e-3)
 
 
 def test_fewer_than_two_rings_have_no_length():

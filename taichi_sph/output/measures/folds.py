@@ -31,7 +31,7 @@ def outward_rings(run: RunFolder, scene: Scene, body: str | None = None) -> np.n
 
 
 def fold_length(run: RunFolder, scene: Scene, *, body: str | None = None) -> float | None:
-    """Length of the tube [m] from one ring that has folded outward to the next, in the reference: the median, for two stacks of folds have
-    a length of straight tube between them. None with fewer than two rings."""
+    """Length of the tube [m] from one ring that has folded outward to the next, in the reference: the mean of all that are less than one
+    and a half times the least, for between two stacks of folds the tube is straight. None with fewer than two rings."""
     apart = np.diff(outward_rings(run, scene, body))
-    return float(np.median(apart)) if len(apart) else None
+    return float(apart[apart < 1.5 * apart.min()].mean()) if len(apart) else None
