@@ -13,9 +13,10 @@ def pressure(gas: Any, V: Any, E: Any) -> Any:
     return first + gas.B * (1.0 - gas.omega / (gas.R2 * V)) * np.exp(-gas.R2 * V) + gas.omega * E / V
 
 
-def chapman_jouguet(gas: Any, density: float) -> tuple[float, float, float]:
+def chapman_jouguet(gas: Any, density: float) -> tuple[float, float, float] | None:
     """(speed [m/s], pressure [Pa], V) of the state of Chapman and Jouguet: of all states that conserve mass, momentum and energy across a
-    front, E = E_0 + p (1 - V) / 2, the one that the slowest front leads to, where it runs with sound behind it. gas.energy: E_0 [Pa]."""
+    front, E = E_0 + p (1 - V) / 2, the one that the slowest front leads to, where it runs with sound behind it. None where a gas has none.
+    gas.energy: E_0 [Pa]."""
     from scipy.optimize import minimize_scalar
 
     def slope(V: float) -> float:  # of the line from the state before the front, rho_0 D^2
@@ -23,4 +24,6 @@ def chapman_jouguet(gas: Any, density: float) -> tuple[float, float, float]:
         return dead / (1.0 - gas.omega * (1.0 - V) / (2.0 * V)) / (1.0 - V)
 
     found = minimize_scalar(slope, bounds=(0.5, 0.95), method="bounded", options={"xatol": 1e-12})
+    if not 0.0 < found.fun < np.inf:
+        return None
     return float(np.sqrt(found.fun / density)), float(found.fun * (1.0 - found.x)), float(found.x)

@@ -197,8 +197,8 @@ class Jwl(Frozen):
     kind: Literal["jwl"] = "jwl"
     A: Annotated[Pressure, Field(gt=0)]
     B: Annotated[Pressure, Field(ge=0)]
-    R1: Annotated[Dimensionless, Field(gt=0, le=50)]
-    R2: Annotated[Dimensionless, Field(gt=0, le=50)]
+    R1: Annotated[Dimensionless, Field(ge=0.1, le=50)]
+    R2: Annotated[Dimensionless, Field(ge=0.1, le=50)]
     omega: Annotated[Dimensionless, Field(gt=0, le=2)]
     energy: Annotated[Pressure, Field(gt=0)]
     speed: Annotated[Speed, Field(ge=1000, le=20_000)]
@@ -211,7 +211,10 @@ def _detonates(m: Material, gas: Jwl) -> None:
     """The front is as fast as its gas makes it, and no wave outruns it."""
     from ..laws.detonation import chapman_jouguet
 
-    speed, _, _ = chapman_jouguet(gas, m.density)
+    found = chapman_jouguet(gas, m.density)
+    if found is None:
+        raise ValueError("burns: a gas with these constants does not detonate; R1 is 4 to 6 as a rule, R2 1 to 2")
+    speed, _, _ = found
     if abs(gas.speed / speed - 1.0) > FITS:
         raise ValueError(f"burns.speed {gas.speed:g} m/s is not that of its gas: the other constants and density give {speed:.4g} m/s")
     if m.wave_speed >= gas.speed:
@@ -260,7 +263,7 @@ class Material(Frozen):
             raise ValueError(f"damage: '{self.damage.kind}' is for brittle materials without strength; use 'lemaitre_chaboche'")
         if self.burns is not None and (self.strength is not None or self.damage is not None):
             raise ValueError("burns: an explosive is elastic until it is a gas; leave out strength and damage")
+        plausible.material(self)
         if self.burns is not None:
             _detonates(self, self.burns)
-        plausible.material(self)
         return self

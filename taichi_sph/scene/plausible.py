@@ -75,6 +75,9 @@ def scene(s: Scene) -> None:
         raise ValueError(f"title = {s.title!r} holds a line break or a control sign; write it on one line")
     if s.numerics.spacing < LEAST:
         raise ValueError(f"numerics.spacing {s.numerics.spacing:.4g} m is below {show(LEAST, 'm')}, a few atoms")
+    for body in s.bodies:
+        if (own := getattr(body, "spacing", None)) is not None and own < LEAST:
+            raise ValueError(f"{s.key_of(body)}.spacing {own:.4g} m is below {show(LEAST, 'm')}, a few atoms")
     for shell in s.shells:
         if shell.thickness < LEAST:
             raise ValueError(f"{s.key_of(shell)}.thickness {shell.thickness:.4g} m is below {show(LEAST, 'm')}, a few atoms")
