@@ -48,9 +48,11 @@ def _above(scene: Scene, shell: Shell, mesh: SurfaceMesh, name: str, wall: Wall,
         return []
     height = (mesh.points[over].mean(axis=1) - np.asarray(wall.point)) @ normal
     stands = np.abs(height) < SHUT * spacing
-    gaps = height[(height >= SHUT * spacing) & (height < FLOWS * spacing)]
+    held = stands.any() and _held(scene, shell, mesh, over[stands], normal)
+    gaps = height[height >= SHUT * spacing] * (2 if held else 1)  # a wall that mirrors a shell mirrors its openings
+    gaps = gaps[gaps < FLOWS * spacing]
     found = [narrow(f"the gap between '{shell.name}' and {name}", float(gaps.max()), fluid, spacing, show)] if len(gaps) else []
-    if stands.any() and not _held(scene, shell, mesh, over[stands], normal):
+    if stands.any() and not held:
         found.append(
             f"'{shell.name}' stands on {name} and may lift: through a gap below {show(FLOWS * spacing, 'm')}, {FLOWS:g} D of '{fluid}', "
             f"water passes haltingly or not at all; take a spacing of 1/{FREELY:g} of the gap that you expect"

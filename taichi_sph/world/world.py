@@ -170,11 +170,13 @@ class World:
         """The longest step of the clock by each group, by what rules it [s]."""
         steps = _shortest(group.longest_step() for group in self.groups)
         steps = steps or _shortest(group.alone() for group in self.groups) or {"a hundredth of the duration": self.scene.duration / 100}
-        of_bodies = min(steps.values(), default=math.inf)
+        ruling = min(steps, key=steps.__getitem__)
+        of_bodies = steps[ruling]
         for coupling in self.couplings:
             for rule, longest in coupling.longest_step().items():
                 # it makes stiffer what it acts on: squares of frequencies add up
-                steps[rule] = (longest**-2 + of_bodies**-2) ** -0.5
+                key = rule if longest < of_bodies else ruling
+                steps[key] = min(steps.get(key, math.inf), (longest**-2 + of_bodies**-2) ** -0.5)
         return steps
 
     @property

@@ -22,6 +22,7 @@ SCENES = Path(__file__).parents[2] / "scenes"
 SURFACES = [
     Plate(length=1, width=0.5),
     Disc(radius=1),
+    Disc(radius=1, quarter=True),
     SpherePatch(radius=1, half_angle=0.7),
     Roof(radius=1, length=1, half_angle=0.5),
     Cylinder(radius=1, length=2),
@@ -32,7 +33,7 @@ SURFACES = [
 ]
 
 
-@pytest.mark.parametrize("surface", SURFACES, ids=lambda s: s.kind)
+@pytest.mark.parametrize("surface", SURFACES, ids=lambda s: s.kind + "-quarter" * getattr(s, "quarter", False))
 def test_nodes_are_counted(surface):
     for spacing in (0.3, 0.1, 0.03):
         assert count(surface, Numerics(spacing=spacing)) == len(generate(surface, Numerics(spacing=spacing)).points)

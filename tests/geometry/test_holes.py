@@ -137,3 +137,20 @@ def test_refusals_are_sentences(surface, holes, said):
     with pytest.raises(SceneError) as error:
         mesh_of(perforated(surface, *holes), D)
     assert said in str(error.value) and "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("cells", ["quad", "triangle"])
+def test_a_quarter_of_a_disc_with_a_hole_about_its_middle(cells):
+    """Four of it make the whole disc; what crosses a plane of symmetry, or moves nodes off it, is refused."""
+    surface = Disc(radius=1, quarter=True, holes=[HoleIn(centre=(0, 0, 0), radius=AT_TWELVE)])
+    mesh = mesh_of(surface, D, cells)
+    x, y, _ = mesh.points.T
+    assert min(x.min(), y.min()) == 0.0 and np.hypot(x, y).min() == pytest.approx(AT_TWELVE, rel=0.03)
+    assert mesh.areas.sum() == pytest.approx(surface.area, rel=0.01)
+    whole = mesh_of(surface.model_copy(update={"quarter": False}), D, cells)
+    assert 4 * mesh.areas.sum() == pytest.approx(whole.areas.sum(), rel=1e-3)
+    with pytest.raises(SceneError, match="irregularity = 0.2: a quarter of a disc with a hole"):
+        mesh_of(surface, D, cells, irregularity=0.2)
+    for wrong in ({"holes": [HoleIn(centre=(0.1, 0.5, 0), radius=0.2)]}, {"normal": (1, 0, 0)}):
+        with pytest.raises(ValueError, match="crosses a plane of symmetry|is parallel to the plane z = 0"):
+            Disc(radius=1, quarter=True, **wrong)

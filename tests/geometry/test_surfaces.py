@@ -57,6 +57,7 @@ TUBES = {
 }
 OPEN = {
     "disc": Disc(radius=1),
+    "quarter disc": Disc(radius=2, quarter=True, origin=(1, 2, 3)),
     "arc": Cylinder(radius=1, length=2, angle="100 deg", start_angle="20 deg"),
     "hemisphere": SpherePatch(radius=1, half_angle="90 deg"),
     "patch": SpherePatch(radius=2, half_angle="35 deg"),

@@ -7,7 +7,7 @@ import math
 from ...scene import Numerics
 from ...scene.surfaces import BoxTank, CappedTank, Cylinder, Disc, Frustum, Generated, Plate, Roof, Sphere, SpherePatch
 from ..ogrid import of_sphere, proportions
-from .round import rim_of
+from .round import eights_of, rim_of
 
 COUNTED = 10**18  # more nodes than this are not told apart
 
@@ -21,18 +21,19 @@ def count(surface: Generated, numerics: Numerics) -> int:
         ratio = length / d
         return max(1, round(ratio)) if ratio < COUNTED else float(COUNTED)
 
-    def cap(radius: float, half_angle: float) -> float:
+    def cap(radius: float, half_angle: float, quarter: bool = False) -> float:
         """Nodes of a round end, its rim included."""
         around = 2 * math.pi * radius / d
-        rim = rim_of(radius, d) if around < COUNTED else COUNTED
+        rim = COUNTED if around >= COUNTED else eights_of(radius, d) if quarter else rim_of(radius, d)
         some = min(rim, 1000)  # rings are as many for each column of the rim, whatever their number
-        return (rim // 4 + 1) ** 2 + proportions(some, *of_sphere(half_angle))[0] * rim * (rim / some)
+        rings, side = proportions(some, *of_sphere(half_angle))[0] * (rim / some), rim // 4
+        return (side // 2 + 1) ** 2 + rings * (side + 1) if quarter else (side + 1) ** 2 + rings * rim
 
     match surface:
         case Plate():
             nodes = (along(surface.length) + 1) * (along(surface.width) + 1)
         case Disc():
-            nodes = cap(surface.radius, 0.0)
+            nodes = cap(surface.radius, 0.0, surface.quarter)
         case SpherePatch():
             nodes = cap(surface.radius * math.sin(surface.half_angle), surface.half_angle)
         case Roof():

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from ...errors import SceneError
 from ...scene import Numerics
 from ...scene.surfaces import BoxTank, CappedTank, Cylinder, Disc, Frustum, Generated, Plate, Roof, Sphere, SpherePatch, frame_of
 from ..holes import Cutter
@@ -12,7 +15,7 @@ from .box import box
 from .finish import finish
 from .flat import sheet
 from .patch import Finish, along, put, stood, then
-from .round import cap, cone, rim_of, wall
+from .round import cap, cone, eights_of, quarter, rim_of, wall
 from .sphere import sphere
 from .tank import closed, head
 
@@ -24,6 +27,10 @@ def generate(surface: Generated, numerics: Numerics) -> SurfaceMesh:
         if not surface.turned:
             return plate(surface.length, surface.width, d, cells, irregularity, seed, surface.origin)
         return put(plate(surface.length, surface.width, d, cells, irregularity, seed), stood(surface.frame, surface.origin))
+    if irregularity > 0 and getattr(surface, "quarter", False) and surface.holes:
+        raise SceneError(
+            f"irregularity = {irregularity:g}: a quarter of a disc with a hole has its nodes in rows; leave it out, or quarter"
+        )
     rng, cutter = np.random.default_rng(seed), Cutter(surface.holes, d)
     mesh = _generated(surface, d, lambda patch, place: finish(patch, cells, irregularity, rng, cutter, place))
     cutter.check()
@@ -41,6 +48,12 @@ def _generated(surface: Generated, d: float, finish: Finish) -> SurfaceMesh:
             patch = sheet(surface.length, surface.width, d)
         case Disc():
             there = there if surface.normal is None else stood(frame_of(surface.normal), surface.origin)
+            if surface.quarter:
+                patch = cap(eights_of(surface.radius, d), surface.radius, 0.0)
+                if not surface.holes:  # one about the origin wants inner nodes round it
+                    on_planes = (np.abs(patch.chart) < 1e-9 * surface.radius).any(axis=1)
+                    patch = replace(patch, inner=patch.inner & ~on_planes)
+                return put(quarter(finish(patch, there)), there)
             patch = cap(rim_of(surface.radius, d), surface.radius, 0.0)
         case SpherePatch():
             radius = surface.radius * np.sin(surface.half_angle)
@@ -67,7 +80,7 @@ def _generated(surface: Generated, d: float, finish: Finish) -> SurfaceMesh:
             return put(closed(cone(surface, None, d), surface.length, surface.start_angle, caps, finish, there), there)
         case CappedTank():
             # a cone has a node at its tip, which eights of columns have
-            rim = 8 * max(1, round(2 * np.pi * surface.radius / d / 8)) if surface.cap == "conical" else rim_of(surface.radius, d)
+            rim = eights_of(surface.radius, d) if surface.cap == "conical" else rim_of(surface.radius, d)
             caps = [head(surface, rim)] * 2
             side = wall(surface.radius, surface.length, 0.0, None, d, rim)
             return put(closed(side, surface.length, 0.0, caps, finish, there), there)

@@ -5,15 +5,20 @@ from __future__ import annotations
 import numpy as np
 
 from ...scene.surfaces import Frustum
+from ..mesh import SurfaceMesh
 from ..ogrid import ogrid
-from .patch import Patch, strip
+from .patch import Patch, mesh_from, strip
+
+
+def eights_of(radius: float, spacing: float) -> int:
+    """Columns round a circle with two planes of symmetry and their bisectors."""
+    return 8 * max(1, round(2 * np.pi * radius / spacing / 8))
 
 
 def rim_of(radius: float, spacing: float) -> int:
     """Columns round a circle: a multiple of 8, which has two planes of symmetry and their bisectors, or of 4 where
     eights are too far apart."""
-    around = 2 * np.pi * radius / spacing
-    eights = 8 * max(1, round(around / 8))
+    around, eights = 2 * np.pi * radius / spacing, eights_of(radius, spacing)
     return eights if abs(eights / around - 1) < 0.08 else 4 * max(2, round(around / 4))
 
 
@@ -64,3 +69,15 @@ def cap(rim: int, radius: float, half_angle: float) -> Patch:
         return np.column_stack([flat, up]), np.column_stack([flat * curvature, cosine])
 
     return Patch(xy, quads, np.arange(len(xy)) < len(xy) - rim, bend)
+
+
+def quarter(mesh: SurfaceMesh) -> SurfaceMesh:
+    """What of a mesh about the origin lies where x and y are above 0. It has nodes on both planes."""
+    inside = (mesh.points[:, :2] > -1e-9 * np.abs(mesh.points).max()).all(axis=1)
+    cells = mesh.cells[(inside[mesh.cells] | (mesh.cells < 0)).all(axis=1)]
+    own = np.unique(cells[cells >= 0])
+    number = np.full(len(mesh.points) + 1, -1, np.int32)
+    number[own] = np.arange(len(own))
+    points = mesh.points[own]
+    points[:, :2] = np.maximum(points[:, :2], 0.0)
+    return mesh_from(points, number[cells], mesh.node_normals[own])

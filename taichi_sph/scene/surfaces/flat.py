@@ -6,7 +6,7 @@ import math
 from typing import Literal
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import StrictBool, model_validator
 
 from ..base import Direction, Point
 from .base import Shaped, Size
@@ -79,16 +79,24 @@ class Plate(Shaped):
 
 
 class Disc(Shaped):
-    """Flat disc about `origin`, parallel to the plane z = 0, or across `normal`."""
+    """Flat disc about `origin`, parallel to the plane z = 0, or across `normal`. `quarter`: the part of it where x and y are above those of
+    the origin, between two planes of symmetry; level, with holes that lie in it or about its origin."""
 
     kind: Literal["disc"] = "disc"
     radius: Size
     origin: Point = (0.0, 0.0, 0.0)
     normal: Direction | None = None
+    quarter: StrictBool = False
 
     @model_validator(mode="after")
     def _has_a_frame(self) -> Disc:
         _directions(self.normal, None)
+        if self.quarter and self.normal is not None:
+            raise ValueError("quarter: a quarter of a disc is parallel to the plane z = 0; leave out normal, or quarter")
+        for hole in self.holes if self.quarter else ():
+            x, y = (hole.centre[c] - self.origin[c] for c in range(2))
+            if (x, y) != (0.0, 0.0) and min(x, y) <= hole.radius:
+                raise ValueError(f"holes: the one about {hole.centre} crosses a plane of symmetry; only one about the origin may")
         return self
 
     @property
@@ -98,7 +106,12 @@ class Disc(Shaped):
 
     @property
     def gross(self) -> float:
-        return math.pi * self.radius**2
+        return math.pi * self.radius**2 / (4 if self.quarter else 1)
+
+    @property
+    def area(self) -> float:
+        about = (h.radius for h in self.holes if self.quarter and tuple(h.centre[:2]) == tuple(self.origin[:2]))
+        return super().area + 0.75 * math.pi * sum(r**2 for r in about)
 
     @property
     def smallest(self) -> float:
