@@ -86,7 +86,7 @@ def scene(
                 name="fold_length",
                 unit="m",
                 value=16.4e-3,
-                tolerance=1.6e-3,
+                tolerance=0.65e-3,
                 source="between Abramowicz and Jones 1986 and Alexander 1960",
             ),
         ],

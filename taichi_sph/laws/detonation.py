@@ -23,7 +23,8 @@ def chapman_jouguet(gas: Any, density: float) -> tuple[float, float, float] | No
         dead = pressure(gas, V, gas.energy)
         return dead / (1.0 - gas.omega * (1.0 - V) / (2.0 * V)) / (1.0 - V)
 
-    found = minimize_scalar(slope, bounds=(0.5, 0.95), method="bounded", options={"xatol": 1e-12})
-    if not 0.0 < found.fun < np.inf:
+    low, high = 0.5, 0.95
+    found = minimize_scalar(slope, bounds=(low, high), method="bounded", options={"xatol": 1e-12})
+    if not (0.0 < found.fun < np.inf and low + 1e-3 < found.x < high - 1e-3):  # at an end of the range is no minimum
         return None
     return float(np.sqrt(found.fun / density)), float(found.fun * (1.0 - found.x)), float(found.x)

@@ -48,11 +48,12 @@ def _above(scene: Scene, shell: Shell, mesh: SurfaceMesh, name: str, wall: Wall,
         return []
     height = (mesh.points[over].mean(axis=1) - np.asarray(wall.point)) @ normal
     stands = np.abs(height) < SHUT * spacing
-    held = stands.any() and _held(scene, shell, mesh, over[stands], normal)
-    gaps = height[height >= SHUT * spacing] * (2 if held else 1)  # a wall that mirrors a shell mirrors its openings
-    gaps = gaps[gaps < FLOWS * spacing]
-    found = [narrow(f"the gap between '{shell.name}' and {name}", float(gaps.max()), fluid, spacing, show)] if len(gaps) else []
-    if stands.any() and not held:
+    across, along = _held(scene, shell, mesh, over[stands], normal)
+    gap = float(height[height >= SHUT * spacing].max(initial=0.0))
+    if stands.any() and across and not along:
+        gap *= 2  # the wall is a plane of symmetry of the shell, and mirrors what opens at it
+    found = [narrow(f"the gap between '{shell.name}' and {name}", gap, fluid, spacing, show)] if 0.0 < gap < FLOWS * spacing else []
+    if stands.any() and not across:
         found.append(
             f"'{shell.name}' stands on {name} and may lift: through a gap below {show(FLOWS * spacing, 'm')}, {FLOWS:g} D of '{fluid}', "
             f"water passes haltingly or not at all; take a spacing of 1/{FREELY:g} of the gap that you expect"
@@ -73,8 +74,8 @@ def _border(mesh: SurfaceMesh) -> tuple[np.ndarray, np.ndarray]:
     return ends, out / np.linalg.norm(out, axis=1)[:, None]
 
 
-def _held(scene: Scene, shell: Shell, mesh: SurfaceMesh, ends: np.ndarray, normal: np.ndarray) -> bool:
-    """Whether motions keep all those nodes from leaving along the normal."""
+def _held(scene: Scene, shell: Shell, mesh: SurfaceMesh, ends: np.ndarray, normal: np.ndarray) -> tuple[bool, bool]:
+    """Whether motions keep all those nodes from leaving along the normal, and whether they keep them from sliding across it."""
     held = np.zeros((len(mesh.points), 3), bool)
     for motion in scene.motions:
         if motion.body == shell.name:
@@ -82,4 +83,5 @@ def _held(scene: Scene, shell: Shell, mesh: SurfaceMesh, ends: np.ndarray, norma
             for axis, speed in enumerate(motion.velocity):
                 if speed == 0.0:
                     held[there, axis] = True
-    return bool(held[np.unique(ends)][:, np.abs(normal) > 1e-6].all())
+    its, leans = held[np.unique(ends)], np.abs(normal) > 1e-6
+    return bool(its[:, leans].all()), bool(its[:, ~leans].all())

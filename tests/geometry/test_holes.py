@@ -149,8 +149,13 @@ def test_a_quarter_of_a_disc_with_a_hole_about_its_middle(cells):
     assert mesh.areas.sum() == pytest.approx(surface.area, rel=0.01)
     whole = mesh_of(surface.model_copy(update={"quarter": False}), D, cells)
     assert 4 * mesh.areas.sum() == pytest.approx(whole.areas.sum(), rel=1e-3)
-    with pytest.raises(SceneError, match="irregularity = 0.2: a quarter of a disc with a hole"):
-        mesh_of(surface, D, cells, irregularity=0.2)
+    moved = mesh_of(surface, D, cells, irregularity=0.2)
+    assert len(moved.points) == len(mesh.points) and 4 * moved.areas.sum() == pytest.approx(whole.areas.sum(), rel=1e-3)
+    on_planes = (mesh.points[:, :2] == 0.0).any(axis=1)
+    assert on_planes.sum() == 2 * (moved.points[:, 0] == 0.0).sum() and np.array_equal(moved.points[on_planes], mesh.points[on_planes])
+    beside = Disc(radius=1, quarter=True, holes=[HoleIn(centre=(0.28, 0.28, 0), radius=0.25)])
+    with pytest.raises(SceneError, match="at least one spacing"):
+        mesh_of(beside, D, cells)
     for wrong in ({"holes": [HoleIn(centre=(0.1, 0.5, 0), radius=0.2)]}, {"normal": (1, 0, 0)}):
         with pytest.raises(ValueError, match="crosses a plane of symmetry|is parallel to the plane z = 0"):
             Disc(radius=1, quarter=True, **wrong)

@@ -180,6 +180,7 @@ def test_the_scene_of_the_thesis():
             "burns.speed 3000 m/s is not that of its gas: the other constants and density give 7596",
         ),
         ({"burns": GAS.model_dump() | {"R2": 0.1, "B": 1e8, "R1": 0.1}}, "burns: a gas with these constants does not detonate"),
+        ({"burns": GAS.model_dump() | {"R1": 2.0}}, "burns: a gas with these constants does not detonate"),
         ({"density": 1e-300}, "density 1e-300 kg/m\\^3 is not that of a solid"),
         ({"young": 200e9}, "faster than the front, 7596 m/s"),
     ],

@@ -70,7 +70,8 @@ def _shaken(patch: Patch, irregularity: float, rng: np.random.Generator) -> np.n
         whole = whole + np.bincount(node, np.repeat(square, cells.shape[1]), minlength=n)
         count = count + np.bincount(node, minlength=n)
     spacing = np.sqrt(whole / count)
-    move = irregularity * spacing[:, None] * rng.uniform(-1, 1, (n, 2)) * patch.inner[:, None]
+    moves = patch.inner & (~patch.planes | (np.abs(patch.chart) > 1e-6 * spacing[:, None]).all(axis=1))
+    move = irregularity * spacing[:, None] * rng.uniform(-1, 1, (n, 2)) * moves[:, None]
     sharpest = np.minimum(SHARPEST, 0.9 * min(_sines(side).min() for side in sides))
     while True:
         chart = patch.chart + move

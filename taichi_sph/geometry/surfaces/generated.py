@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...errors import SceneError
 from ...scene import Numerics
 from ...scene.surfaces import BoxTank, CappedTank, Cylinder, Disc, Frustum, Generated, Plate, Roof, Sphere, SpherePatch, frame_of
 from ..holes import Cutter
@@ -27,10 +26,6 @@ def generate(surface: Generated, numerics: Numerics) -> SurfaceMesh:
         if not surface.turned:
             return plate(surface.length, surface.width, d, cells, irregularity, seed, surface.origin)
         return put(plate(surface.length, surface.width, d, cells, irregularity, seed), stood(surface.frame, surface.origin))
-    if irregularity > 0 and getattr(surface, "quarter", False) and surface.holes:
-        raise SceneError(
-            f"irregularity = {irregularity:g}: a quarter of a disc with a hole has its nodes in rows; leave it out, or quarter"
-        )
     rng, cutter = np.random.default_rng(seed), Cutter(surface.holes, d)
     mesh = _generated(surface, d, lambda patch, place: finish(patch, cells, irregularity, rng, cutter, place))
     cutter.check()
@@ -49,10 +44,9 @@ def _generated(surface: Generated, d: float, finish: Finish) -> SurfaceMesh:
         case Disc():
             there = there if surface.normal is None else stood(frame_of(surface.normal), surface.origin)
             if surface.quarter:
-                patch = cap(eights_of(surface.radius, d), surface.radius, 0.0)
-                if not surface.holes:  # one about the origin wants inner nodes round it
-                    on_planes = (np.abs(patch.chart) < 1e-9 * surface.radius).any(axis=1)
-                    patch = replace(patch, inner=patch.inner & ~on_planes)
+                patch = replace(cap(eights_of(surface.radius, d), surface.radius, 0.0), planes=True)
+                if not any(surface.about(hole) for hole in surface.holes):  # such a hole wants inner nodes round it
+                    patch = replace(patch, inner=patch.inner & (np.abs(patch.chart) > 1e-9 * surface.radius).all(axis=1))
                 return put(quarter(finish(patch, there)), there)
             patch = cap(rim_of(surface.radius, d), surface.radius, 0.0)
         case SpherePatch():

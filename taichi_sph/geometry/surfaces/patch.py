@@ -17,7 +17,7 @@ Place = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]  # poi
 class Patch:
     """chart (N, 2) [m], quads (M, 4) counter-clockwise in it, inner (N,) nodes off the border, bend: chart ->
     points (N, 3), unit normals (N, 3); period: width [m] of a chart that closes on itself in x; triangles (K, 3) beside the quads: at the
-    holes of a perforated one."""
+    holes of a perforated one; planes: nodes on x = 0 and y = 0 of the chart are not moved at random, for it will be parted there."""
 
     chart: np.ndarray
     quads: np.ndarray
@@ -26,6 +26,7 @@ class Patch:
     period: float | None = None
     triangles: np.ndarray = field(default_factory=lambda: np.empty((0, 3), np.int64))
     perforated: bool = False
+    planes: bool = False
 
 
 Finish = Callable[[Patch, Place], SurfaceMesh]

@@ -73,11 +73,12 @@ def cap(rim: int, radius: float, half_angle: float) -> Patch:
 
 def quarter(mesh: SurfaceMesh) -> SurfaceMesh:
     """What of a mesh about the origin lies where x and y are above 0. It has nodes on both planes."""
-    inside = (mesh.points[:, :2] > -1e-9 * np.abs(mesh.points).max()).all(axis=1)
+    near = 1e-9 * np.abs(mesh.points).max()
+    inside = (mesh.points[:, :2] > -near).all(axis=1)
     cells = mesh.cells[(inside[mesh.cells] | (mesh.cells < 0)).all(axis=1)]
     own = np.unique(cells[cells >= 0])
     number = np.full(len(mesh.points) + 1, -1, np.int32)
     number[own] = np.arange(len(own))
     points = mesh.points[own]
-    points[:, :2] = np.maximum(points[:, :2], 0.0)
+    points[:, :2] = np.where(points[:, :2] < near, 0.0, points[:, :2])  # on the planes
     return mesh_from(points, number[cells], mesh.node_normals[own])

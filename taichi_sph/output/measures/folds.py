@@ -6,27 +6,24 @@ import numpy as np
 
 from ...scene import Scene
 from ..folder import RunFolder
-from .pattern import node_spacing
 
 
 def outward_rings(run: RunFolder, scene: Scene, body: str | None = None) -> np.ndarray:
     """(F,) places along the tube in the reference [m], from the low end up, of the rings that have folded outward at the end: farther out
-    than both neighbours, and by more than a thickness than they stood. Between nodes by the parabola through three rings."""
+    than they stood by more than a thickness, and than the tube on both sides by half of one. Between nodes by the parabola through three
+    rings."""
+    from scipy.signal import find_peaks
+
     shell = next(shell for shell in scene.shells if body in (None, shell.name))
     frame = run.frames(shell.name).body(-1)
     reference, middle = frame.reference, frame.reference[:, :2].mean(axis=0)
-    low, spacing = reference[:, 2].min(), node_spacing(reference, frame.cells)
-    ring = np.rint((reference[:, 2] - low) / spacing).astype(int)
-    ring = np.unique(ring, return_inverse=True)[1]
-    count = np.bincount(ring)
-    along = np.bincount(ring, reference[:, 2]) / count
+    along, ring, count = np.unique(np.round(reference[:, 2], 9), return_inverse=True, return_counts=True)
     moved = np.linalg.norm(frame.points[:, :2] - middle, axis=1) - np.linalg.norm(reference[:, :2] - middle, axis=1)
     outward = np.bincount(ring, moved) / count
     found = []
-    for k in range(1, len(along) - 1):
-        if outward[k] > shell.thickness and outward[k - 1] <= outward[k] > outward[k + 1]:
-            curved, slope, _ = np.polyfit(along[k - 1 : k + 2] - along[k], outward[k - 1 : k + 2], 2)
-            found.append(along[k] - 0.5 * slope / curved)
+    for k in find_peaks(outward, height=shell.thickness, prominence=0.5 * shell.thickness)[0]:
+        curved, slope, _ = np.polyfit(along[k - 1 : k + 2] - along[k], outward[k - 1 : k + 2], 2)
+        found.append(along[k] - 0.5 * slope / curved)
     return np.array(found)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import StrictBool, model_validator
 
 from ..base import Direction, Point
-from .base import Shaped, Size
+from .base import HoleIn, Shaped, Size
 
 
 def _directions(normal: Direction | None, along: Direction | None) -> None:
@@ -95,7 +95,7 @@ class Disc(Shaped):
             raise ValueError("quarter: a quarter of a disc is parallel to the plane z = 0; leave out normal, or quarter")
         for hole in self.holes if self.quarter else ():
             x, y = (hole.centre[c] - self.origin[c] for c in range(2))
-            if (x, y) != (0.0, 0.0) and min(x, y) <= hole.radius:
+            if not self.about(hole) and min(x, y) <= hole.radius:
                 raise ValueError(f"holes: the one about {hole.centre} crosses a plane of symmetry; only one about the origin may")
         return self
 
@@ -110,8 +110,12 @@ class Disc(Shaped):
 
     @property
     def area(self) -> float:
-        about = (h.radius for h in self.holes if self.quarter and tuple(h.centre[:2]) == tuple(self.origin[:2]))
-        return super().area + 0.75 * math.pi * sum(r**2 for r in about)
+        about = sum(math.pi * hole.radius**2 for hole in self.holes if self.quarter and self.about(hole))
+        return super().area + 0.75 * about
+
+    def about(self, hole: HoleIn) -> bool:
+        """Whether a hole lies about the origin."""
+        return math.dist(hole.centre, self.origin) < 1e-9 * self.radius
 
     @property
     def smallest(self) -> float:
