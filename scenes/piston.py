@@ -164,7 +164,7 @@ def scene(
                 only="push",
             )
         ],
-        duration=duration or (3e-3 if thin else 10e-3),
+        duration=duration or {"F14": 6e-3, "TF14": 2.2e-3, "TF": 2.2e-3}.get(specimen, 10e-3),
         numerics=Numerics(spacing=d),
         output=Output(frames=100, samples=2000, probes=[Probe(name="rim", body="plate", point=(r, 0, -0.5 * thin))] if thin else []),
         quantities=of_thin(specimen, velocity) if thin else quantities(specimen, velocity, piston, stem),

@@ -168,14 +168,14 @@ class World:
 
     def _steps(self) -> dict[str, float]:
         """The longest step of the clock by each group, by what rules it [s]."""
-        steps = _shortest(group.longest_step() for group in self.groups)
-        steps = steps or _shortest(group.alone() for group in self.groups) or {"a hundredth of the duration": self.scene.duration / 100}
+        own = _shortest(group.longest_step() for group in self.groups)
+        steps = own or _shortest(group.alone() for group in self.groups) or {"a hundredth of the duration": self.scene.duration / 100}
         ruling = min(steps, key=steps.__getitem__)
         of_bodies = steps[ruling]
         for coupling in self.couplings:
             for rule, longest in coupling.longest_step().items():
                 # it makes stiffer what it acts on: squares of frequencies add up
-                key = rule if longest < of_bodies else ruling
+                key = ruling if own and longest > of_bodies else rule
                 steps[key] = min(steps.get(key, math.inf), (longest**-2 + of_bodies**-2) ** -0.5)
         return steps
 

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from taichi_sph import runtime
-from taichi_sph.scene import Spring
+from taichi_sph.scene import Material, Numerics, Plate, Scene, Shell, Spring
+from taichi_sph.world.world import World
 
 from .. import balls
 from ..exact import restarts_exactly
+from ..shells import STEEL
 
 K, M = 800.0, 2.0
 
@@ -49,6 +51,26 @@ def test_a_ball_on_a_spring_swings_with_its_period():
     energies = sim.energies()
     assert abs(energies["closed_residual_percent"]) < 1e-9 and energies["elastic"] > 0
     assert sim.dt_rule == "springs" and sim.dt <= 0.1 * 2 / omega
+
+
+def test_a_spring_softer_than_the_bodies_does_not_name_the_step():
+    """It shortens the step of the sheet a little; what rules the step is the sheet."""
+    sheet = Shell(name="sheet", surface=Plate(length=0.1, width=0.1), thickness=1e-3, material=Material(**STEEL), motion="free")
+    scene = Scene(
+        name="soft",
+        title="a soft spring",
+        source="tests",
+        shells=[sheet],
+        rigids=[ball("a", 0.5, M)],
+        springs=[to_ground(points=((0.5, 0, 0), (-0.5, 0, 0)))],
+        duration=1e-4,
+        numerics=Numerics(spacing=0.01),
+    )
+    sim = World(scene, threads=1)
+    (alone,) = (step for group in sim.groups for step in group.longest_step().values())
+    assert longest(sim) > 100 * alone
+    assert "omega_max" in sim.dt_rule and sim.longest < alone
+    assert sim.longest == pytest.approx((longest(sim) ** -2 + alone**-2) ** -0.5, rel=1e-12)
 
 
 def test_damping_takes_what_the_closed_form_says():

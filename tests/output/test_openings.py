@@ -17,6 +17,7 @@ from taichi_sph.run.plan import plan
 from taichi_sph.scene import (
     Box,
     Cylinder,
+    Disc,
     Fluid,
     FluidBox,
     Hole,
@@ -70,6 +71,33 @@ def test_validate_names_a_narrow_hole():
     coarse = coarse.model_copy(update={"fluids": [coarse.fluids[0].model_copy(update={"spacing": 0.05})]})
     assert "holes[0] of 'gate' is 80 mm wide, 1.6 D of 'water'" in said(coarse)
     assert "holes[0]" not in said(coarse.model_copy(update={"meetings": (Meeting(between=("gate", "water"), meet=False),)}))
+
+
+@pytest.mark.parametrize(
+    "slides, hole, expected", [(True, 0.02, None), (False, 0.02, "the gap between 'disc'"), (True, 0.009, "the gap between")]
+)
+def test_a_plane_of_symmetry_mirrors_an_opening(slides, hole, expected):
+    """A quarter of a disc with a hole about its middle: the wall shows half of the hole, unless the disc is clamped to the wall."""
+    along = None if slides else 0
+    held = [
+        PrescribedVelocity(body="disc", where=Box(hi=(1e-3, None, None)), velocity=(0, along, along)),
+        PrescribedVelocity(body="disc", where=Box(lo=(1e-3, None, None), hi=(None, 1e-3, None)), velocity=(along, 0, along)),
+    ]
+    disc = Disc(radius=0.15, quarter=True, origin=(0, 0, 0.1), holes=[HoleIn(centre=(0, 0, 0.1), radius=hole)])
+    metal = Material(name="m", young=1e9, poisson=0, density=1000)
+    scene = Scene(
+        name="disc",
+        title="disc",
+        source="tests",
+        duration=1.0,
+        numerics=Numerics(spacing=0.005),
+        shells=[Shell(name="disc", surface=disc, thickness=1e-3, motion="free", material=metal)],
+        motions=held,
+        fluids=[Fluid(name="water", fill=FluidBox(lo=(0, 0, 0), hi=(0.1, 0.1, 0.08)), spacing=D)],
+        walls=[Wall(point=(0, 0, 0), normal=(1, 0, 0)), Wall(point=(0, 0, 0), normal=(0, 1, 0)), Wall(point=(0, 0, 0), normal=(0, 0, 1))],
+    )
+    note = said(scene)
+    assert (expected in note) if expected else ("gap" not in note)
 
 
 @pytest.mark.parametrize("lifted, expected", [(0.0, None), (0.002, None), (0.016, "16 mm wide, 1.6 D of 'water'"), (0.025, None)])
