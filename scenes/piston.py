@@ -176,7 +176,7 @@ def plate(thickness: float, hole: float, d: float, whole: bool) -> tuple[list[Sh
     middle, near = (0, 0, -0.5 * thickness), 0.25 * d
     hardens = Table(points=HARDENS, kappa=1.0)
     aluminium = material("AU4G 2024, tearing", strength=hardens, source="T tables 5.3 and 5.6; hardening of a plate of 2024-T351")
-    disc = Disc(radius=RADIUS, origin=middle, holes=[{"centre": middle, "radius": 0.5 * hole}] if hole else [], quarter=not whole)
+    disc = Disc(radius=RADIUS, origin=middle, holes=[{"centre": middle, "radius": 0.5 * hole}] if hole else [], quarter=not whole or None)
     shell = Shell(name="plate", surface=disc, thickness=thickness, material=aluminium, motion="free", spacing=d)
     held = [
         PrescribedVelocity(body="plate", where=Outside(of=Ball(centre=middle, radius=RADIUS - near)), velocity=(0, 0, 0), spin=(0, 0, 0))

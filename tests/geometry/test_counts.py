@@ -33,7 +33,7 @@ SURFACES = [
 ]
 
 
-@pytest.mark.parametrize("surface", SURFACES, ids=lambda s: s.kind + "-quarter" * getattr(s, "quarter", False))
+@pytest.mark.parametrize("surface", SURFACES, ids=lambda s: s.kind + "-quarter" * bool(getattr(s, "quarter", None)))
 def test_nodes_are_counted(surface):
     for spacing in (0.3, 0.1, 0.03):
         assert count(surface, Numerics(spacing=spacing)) == len(generate(surface, Numerics(spacing=spacing)).points)

@@ -33,7 +33,7 @@ def count(surface: Generated, numerics: Numerics) -> int:
         case Plate():
             nodes = (along(surface.length) + 1) * (along(surface.width) + 1)
         case Disc():
-            nodes = cap(surface.radius, 0.0, surface.quarter)
+            nodes = cap(surface.radius, 0.0, bool(surface.quarter))
         case SpherePatch():
             nodes = cap(surface.radius * math.sin(surface.half_angle), surface.half_angle)
         case Roof():

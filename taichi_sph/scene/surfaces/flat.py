@@ -86,7 +86,7 @@ class Disc(Shaped):
     radius: Size
     origin: Point = (0.0, 0.0, 0.0)
     normal: Direction | None = None
-    quarter: StrictBool = False
+    quarter: StrictBool | None = None
 
     @model_validator(mode="after")
     def _has_a_frame(self) -> Disc:
