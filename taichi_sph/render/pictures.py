@@ -232,6 +232,8 @@ def render_run(folder: Path | str, notice: Callable[[str], None] | None = None, 
             if name.startswith("crack_tip"):
                 figure = plots.crack_tip(run, f"{run.scene.title}: tip of the crack", name)
                 paths.append(_save(figure, run.pictures / f"{name}.png"))
+            if name.startswith("fragments") and (figure := plots.fragments(run, name)) is not None:
+                paths.append(_save(figure, run.pictures / f"{name}.png"))
         return paths + ([] if struck.applies(run) else _movies(run, backend))
 
 

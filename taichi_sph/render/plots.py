@@ -7,15 +7,18 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 from ..output.answer import in_words, quantity_text
 from ..output.folder import RunFolder
 from ..output.measures import column, perforation
 from ..output.measures import leak as leaking
+from ..output.measures.fragments import free_masses
 from ..output.measures.waves import rayleigh_speed
 
 PALETTE = ("#1b4f80", "#c8402f", "#e0912f", "#4b8f5a", "#7a5aa6", "#3aa0a8", "#8c6d46", "#d26fa5", "#6b7680", "#a8b545")
 SOFT_LINE = "#6b7680"
+CLASSES, FEW = 4, 20  # classes of mass in a decade; pieces of several nodes below which there is no statistics
 SLOW = 0.3  # of the Rayleigh speed: below, its line is left out
 PERCENT = {"B_percent": ("balance B (T)", "#1b4f80"), "closed_residual_percent": ("closed residual", "#c8402f")}
 STYLE: dict[Any, Any] = {
@@ -323,4 +326,33 @@ def leak(run: RunFolder, fluid: str) -> Figure | None:
             weight="bold",
             fontsize=11,
         )
+    return figure
+
+
+def fragments(run: RunFolder, name: str) -> Figure | None:
+    """Pieces by classes of mass, and the mass of all pieces heavier than one, as T fig. 2.36 shows those of a burst tube. None with fewer
+    than FEW pieces of several nodes."""
+    if np.count_nonzero(run.history(name)["fragment"] >= 0) < FEW:
+        return None
+    masses = free_masses(run, name)
+    scale, unit = (1.0, "kg") if masses[0] >= 1 else (1e3, "g") if masses[0] >= 1e-3 else (1e6, "mg")
+    step = 1 / CLASSES
+    first, last = np.floor(np.log10(scale * masses[-1]) / step), np.floor(np.log10(scale * masses[0]) / step)
+    edges = 10 ** (step * np.arange(first, last + 2))
+    with plt.rc_context(STYLE):
+        figure, (number, share) = plt.subplots(1, 2, figsize=(9.6, 3.8), layout="constrained")
+        number.stairs(np.histogram(scale * masses, edges)[0], edges, fill=True, color=PALETTE[0])
+        number.set_ylabel(f"pieces in a class ({CLASSES} a decade)")
+        number.set_yscale("log")
+        number.set_ylim(bottom=0.7)
+        number.set_title(f"{run.scene.title}: {len(masses)} pieces")
+        share.step(scale * masses, 100 * np.cumsum(masses) / masses.sum(), where="post", color=PALETTE[1], lw=1.8)
+        share.set_ylim(0, 102)
+        share.set_ylabel(f"mass in heavier pieces [% of {quantity_text(float(masses.sum()), 'kg')}]")
+        for axes in (number, share):
+            axes.set_xscale("log")
+            axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if edges[-1] < 1e3 * edges[0] else (1,)))
+            axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+            axes.xaxis.set_minor_locator(NullLocator())
+            axes.set_xlabel(f"mass of a piece [{unit}]")
     return figure

@@ -54,6 +54,14 @@ def test_masses_of_fragments_and_dust_add_up(plate) -> None:
     assert found["size"][1] == pytest.approx(2 * struck.PLUG, abs=2 * SPACING)
 
 
+def test_the_masses_of_what_came_off(plate) -> None:
+    """The heaviest first; each node of the dust is a piece; what is held is none."""
+    found, masses = read_history(plate.path / "histories/fragments.csv"), parts.free_masses(plate, "fragments")
+    gone, dust = (found["fragment"] >= 0) & (found["held"] == 0), found["fragment"] < 0
+    assert len(masses) == gone.sum() + found["nodes"][dust].sum() and (np.diff(masses) <= 0).all()
+    assert masses[0] == found["mass"][1] and masses.sum() == pytest.approx(found["mass"][gone | dust].sum(), rel=1e-9)
+
+
 def test_areas_of_cells_are_those_of_the_mesh() -> None:
     for cells in ("quad", "triangle"):
         mesh = generate(Cylinder(radius=0.05, length=0.1), Numerics(spacing=0.005, cells=cells))

@@ -175,6 +175,24 @@ def test_names_of_lines_keep_apart() -> None:
     plots.plt.close()
 
 
+def test_pieces_by_classes_of_mass(tmp_path: Path) -> None:
+    """Every piece is in a class, and the curve ends at the whole mass; a handful of pieces has no picture."""
+    run = write_run(tmp_path, count=1)
+    path, head = tmp_path / "histories/fragments.csv", "fragment [-],nodes [-],mass [kg],held [-]"
+    rows = [f"{k},9,{(1 + k) * 1e-3},{int(k == 0)}" for k in range(30)] + ["-1,50,0.01,0"]
+    path.write_text("\n".join([head, *rows]) + "\n")
+    figure = plots.fragments(run, "fragments")
+    assert figure is not None
+    number, share = figure.axes
+    (bars,), (line,) = number.patches, share.lines
+    assert bars.get_data().values.sum() == 29 + 50
+    masses, part = line.get_data()
+    assert masses[0] == pytest.approx(30) and part[0] == pytest.approx(100 * 0.03 / 0.474) and part[-1] == pytest.approx(100)
+    path.write_text("\n".join([head, *rows[:9]]) + "\n")
+    assert plots.fragments(run, "fragments") is None
+    plots.plt.close("all")
+
+
 def test_titles_tell_runs_apart(tmp_path: Path) -> None:
     runs = [write_run(tmp_path / t, count=1, spacing=0.002, scene=plate_scene(title=f"Beam, notch at {t} in")) for t in ("2", "4")]
     assert pictures.common_title(runs) == "Beam"

@@ -429,6 +429,16 @@ def write_fragments(run: RunFolder, scene: Scene) -> list[str]:
     return names
 
 
+def free_masses(run: RunFolder, name: str) -> np.ndarray:
+    """(N,) masses [kg] of all pieces that came off, the heaviest first, from histories/<name>.csv: the fragments that are not held, and of
+    the dust each node as a piece of its own."""
+    h = run.history(name)
+    dust, nodes = h["fragment"] < 0, h["nodes"]
+    own = h["mass"][~dust & (h["held"] == 0)]
+    single = np.repeat(h["mass"][dust] / np.maximum(nodes[dust], 1), nodes[dust].astype(int))
+    return np.sort(np.concatenate([own, single]))[::-1]
+
+
 # --- the measures -------------------------------------------------------------------------------
 
 
