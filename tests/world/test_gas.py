@@ -74,6 +74,23 @@ def test_a_sphere_breathes_on_its_gas(exponent):
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("outside", [P, 0.0])
+def test_what_a_gas_holds_is_given(outside):
+    """A stiff ball that a gas of 3 bar blows up a little: the ledger closes over the energy that the gas could give until it has the
+    pressure outside, by its adiabat; into a vacuum all of it."""
+    steel = Material(name="steel", young=210e9, poisson=0.3, density=7800.0)
+    sim = start(
+        balloon(gas={"pressure": 3 * P, "outside": outside}, shell={"material": steel}, duration=1e-3, numerics=Numerics(spacing=0.12))
+    )
+    gas = next(c for c in sim.couplings if hasattr(c, "pressure"))
+    sim.advance(60)
+    found, V = sim.energies(), gas.first
+    wide = V * (3 * P / outside) ** (1 / 1.4) if outside else np.inf
+    able = 3 * P * V / 0.4 * (1 - (V / wide) ** 0.4) - (outside * (wide - V) if outside else 0.0)
+    assert found["injected"] == pytest.approx(able, rel=1e-9 if outside else 0.02)
+    assert found["kinetic"] > 0 and found["elastic"] > 0 and abs(found["closed_residual_percent"]) < 0.01
+
+
 def test_gas_above_water_has_what_the_water_leaves():
     tank = CappedTank(radius=0.2, length=0.4)
     fluid = Fluid(name="water", fill=ShellFill(shell="ball", level=0.2), water=Water(sound=20.0), spacing=0.05)

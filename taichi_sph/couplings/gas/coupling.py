@@ -6,7 +6,8 @@ a_i is the vector area of node i, as water sees it (bodies/wettable.py). The wor
 
     U = p_0 V_0 / (k - 1) ((V_0 / V)^(k-1) - 1) + p_out (V - V_0)        (k = 1: p_0 V_0 ln(V_0 / V) + ...)
 
-so the ledger shows what the areas are worth. All nodes move the one volume: a gas is one spring on them,
+so the ledger shows what the areas are worth. U is shown above its least value, which the gas has when its pressure is that outside; what it
+holds at t = 0 counts as given (`given`). All nodes move the one volume: a gas is one spring on them,
 of omega2 = k p / V sum |a_i|2 / m_i.
 Uniform pressure moves no water: the water in the shell keeps its volume, and its own pressure is that above the gas. Waves in the gas are
 left out: they cross it while the shell hardly moves.
@@ -82,10 +83,20 @@ class InnerGas(Coupling, Pool):
         frequency = math.sqrt(self.gas.exponent * self.pressure * area / (self.volume * self.surface.lightest))
         return {"gas": self.safety * 2.0 / frequency / self.group.every}
 
-    def entries(self) -> Entries:
-        gas, ratio = self.gas, self.first / max(self.volume, 1e-9 * self.first)
+    def _stored(self, volume: float) -> float:
+        """U at a volume [m3] in J, above that at t = 0."""
+        gas, ratio = self.gas, self.first / max(volume, 1e-9 * self.first)
         grown = math.log(ratio) if gas.exponent == 1.0 else (ratio ** (gas.exponent - 1.0) - 1.0) / (gas.exponent - 1.0)
-        return Entries(internal={"elastic": gas.pressure * self.first * grown + gas.outside * (self.volume - self.first)})
+        return gas.pressure * self.first * grown + gas.outside * (volume - self.first)
+
+    def given(self) -> float:
+        """What the gas can give until its pressure is that outside [J]; into a vacuum, to e^10 times its volume at most."""
+        gas = self.gas
+        wider = 10.0 if gas.outside == 0.0 else min(10.0, math.log(gas.pressure / gas.outside) / gas.exponent)
+        return -self._stored(self.first * math.exp(wider))
+
+    def entries(self) -> Entries:
+        return Entries(internal={"elastic": self.given() + self._stored(self.volume)})
 
     def pools(self) -> list[Pool]:
         return [self, self.points, *self.surface.pools()]
