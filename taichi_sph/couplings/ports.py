@@ -179,6 +179,10 @@ class Port(Places):
         """The group of a body, by the body's number."""
         return next(s for s in reversed(self.surfaces) if s.first.body <= body)
 
+    def renew(self) -> None:
+        """Whose the movers are: a place in a pool of fluids is not always of the same one."""
+        self.look()
+
     def look(self, places: bool = False) -> None:
         """Speeds of bodies; with `places` where their elements are."""
         for s in self.surfaces:

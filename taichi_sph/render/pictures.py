@@ -6,6 +6,7 @@ Everything is read from files: a picture can be drawn again without the run.
 from __future__ import annotations
 
 import os
+import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -33,6 +34,7 @@ DPI = 170
 WIDTH = 9.4  # inches of a single panel's page
 STRIP_TIMES = 4
 TALLEST = 7.0  # inches of a panel
+LETTERS = 12  # of a panel's name in an inch
 LENGTHS = ((1.0, "m"), (1e3, "mm"), (1e6, "um"), (1e9, "nm"))
 MOVIE_DPI = 90
 MOVIE_SECONDS = 6.0
@@ -108,18 +110,19 @@ def _page(
     rows = -(-len(panels) // columns)
     wide = WIDTH if columns == 1 else 12.0
     left, right, top, bottom, between = 0.62, 0.95, 0.62, 0.5, 0.22  # inches
-    above = 0.26 if any(name for _, name in panels) else 0.02
     across = (wide - left - right - (columns - 1) * between) / columns
     if across * view.aspect > TALLEST:
         across = TALLEST / view.aspect
         wide = max(6.5, left + right + columns * across + (columns - 1) * between)
+    names = [textwrap.fill(name, max(12, int(LETTERS * across))) for _, name in panels]
+    above = 0.26 + 0.17 * max(name.count("\n") for name in names) if any(names) else 0.02
     tall = across * view.aspect
     height = top + rows * (tall + above) + (rows - 1) * 0.12 + bottom
     with plt.rc_context(plots.STYLE):
         figure = plt.figure(figsize=(wide, height), dpi=dpi)
         figure.text(left / wide, 1 - 0.2 / height, title, fontsize=13, weight="bold", va="center", color="#1d2429")
         figure.text(left / wide, 1 - 0.44 / height, subtitle, fontsize=9.5, va="center", color="#5a6670")
-        for number, (bodies, name) in enumerate(panels):
+        for number, ((bodies, _), name) in enumerate(zip(panels, names)):
             row, column = divmod(number, columns)
             x = left + column * (across + between)
             y = height - top - (row + 1) * (tall + above) - row * 0.12
@@ -420,9 +423,9 @@ def render_targets(summary: dict[str, Any], out: Path | str) -> Path:
 
 
 def common_title(runs: Sequence[RunFolder]) -> str:
-    """The clauses that all titles begin with; where there are none what all come from, or the first title."""
+    """The clauses that all titles begin with; where there are none what all come from, or nothing."""
     sources = {run.scene.source for run in runs}
-    return _same_clauses(runs) or (runs[0].scene.source if len(sources) == 1 else "") or runs[0].scene.title
+    return _same_clauses(runs) or (runs[0].scene.source if len(sources) == 1 else "")
 
 
 def _same_clauses(runs: Sequence[RunFolder]) -> str:

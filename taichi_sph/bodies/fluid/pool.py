@@ -60,6 +60,10 @@ class FluidParticles(Pool):
             self.components.append(vector)
         return made
 
+    def renew(self) -> None:
+        """Masses where the particles lie by now."""
+        runtime.put(self.mass, self.masses[runtime.get(self.body, self.n)])
+
     @property
     def one(self) -> float:
         """Mass of one particle [kg], where all are of one fluid."""
