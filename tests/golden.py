@@ -3,7 +3,7 @@
     python -m tests.golden [CASE ...]      record the cases anew (all of them when none is named) in tests/golden.json
 
 Bits depend on the processor (the C library chooses its functions by what the processor can do, and the kernels of fluids let the compiler
-fuse products with sums) and on the versions of NumPy and Taichi. So `tests/golden.json` says where it was made: there the bits must be
+fuse products with sums) and on the versions of NumPy, SciPy and Taichi. So `tests/golden.json` says where it was made: there the bits must be
 the same, elsewhere the numbers.
 """
 
@@ -70,9 +70,11 @@ def machine() -> dict[str, str]:
     return {
         "processor": known.get("model name", platform.processor()),
         "model": " ".join(known.get(key, "") for key in ("cpu family", "model")),  # the name may stand for several
-        "instructions": " ".join(name for name in ("sse4_2", "avx", "avx2", "fma", "avx512f") if name in flags),
+        # by these the C library and the solver of equations behind scipy choose their kernels
+        "instructions": " ".join(sorted(name for name in flags if name.startswith(("avx", "amx")) or name in ("sse4_2", "fma"))),
         "libc": " ".join(platform.libc_ver()),
         "numpy": version("numpy"),
+        "scipy": version("scipy"),
         "taichi": version("taichi"),
     }
 

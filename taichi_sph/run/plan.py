@@ -18,6 +18,7 @@ from ..bodies.rigid import solid as rigid_bodies
 from ..bodies.shell.parts import Part, Split, meshed, parts, split_of
 from ..bodies.shell.sections import Sheet, Sheets, sheets_of
 from ..bodies.solid.build import hastened, lit
+from ..couplings.springs.said import longest_of
 from ..couplings.welds.places import welded
 from ..errors import SceneError
 from ..geometry.cuts import cells_cut
@@ -165,17 +166,34 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second, made)
 
 
+def _of_springs(scene: Scene, bodies: tuple[BodyPlan, ...]) -> dict[str, float]:
+    """The longest step of each spring alone [s], by the masses that it holds: of a shell or solid those of the nodes within its radius."""
+    found, plans = {}, {body.name: body for body in bodies}
+    for spring in scene.springs:
+        loose = 0.0  # 1/kg
+        for name in spring.between:
+            if (body := plans.get(name or "")) is not None and body.mass > 0 and not getattr(scene.body(body.name), "held", False):
+                near = 1.0 if spring.radius is None else max(1.0, math.pi * (spring.radius / body.spacing_max) ** 2)
+                loose += max(1.0, body.nodes / near) / body.mass if scene.body(body.name).has_nodes else 1.0 / body.mass
+        if loose * (spring.stiffness + spring.damping) > 0:
+            found[spring.name] = scene.numerics.time_step_safety * longest_of(math.sqrt(loose * spring.stiffness), loose * spring.damping)
+    return found
+
+
 def _estimated(scene: Scene, bodies: tuple[BodyPlan, ...], node_steps_per_second: float, made: Made | None = None) -> Plan:
     """Steps, memory, disk and seconds of bodies that are planned; SceneError for too many steps."""
     nodes = sum(body.nodes for body in bodies)
     dt = min(body.dt / body.every for body in bodies)  # of the clock
     dt = dt if math.isfinite(dt) else scene.duration / 100  # what follows any other body, alone
+    slowest = min(bodies, key=lambda body: body.dt / body.every).name
+    for spring, longest in _of_springs(scene, bodies).items():
+        slowest = spring if longest < dt else slowest
+        dt = 1.0 / math.hypot(1.0 / dt, 1.0 / longest)
     steps = math.ceil(min(scene.duration / dt, 1e300)) if dt > 0 else 10**300
     work = steps  # evaluations of the forces
     if scene.increments is None and steps > MAX_STEPS:
-        slowest = min(bodies, key=lambda body: body.dt / body.every)
         raise SceneError(
-            f"duration {show(scene.duration, 's')} takes about {steps:.2g} time steps of {show(dt, 's')}, which '{slowest.name}' asks for; "
+            f"duration {show(scene.duration, 's')} takes about {steps:.2g} time steps of {show(dt, 's')}, which '{slowest}' asks for; "
             f"at most {MAX_STEPS // 1_000_000} million are allowed"
         )
     if scene.increments is not None:

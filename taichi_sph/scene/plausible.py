@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 MAX_NODES = 50_000_000
 MAX_STEPS = 20_000_000
 LEAST, LARGEST = 1e-9, 1e6  # m: of a spacing, a thickness, the radius of a pinball
+HEAVIEST = 1e12  # m/s^2
 TIMELESS = ("static", "modes", "limit")  # what a scene may ask for instead of a motion
 
 
@@ -75,6 +76,8 @@ def scene(s: Scene) -> None:
         raise ValueError(f"title = {s.title!r} holds a line break or a control sign; write it on one line")
     if s.numerics.spacing < LEAST:
         raise ValueError(f"numerics.spacing {s.numerics.spacing:.4g} m is below {show(LEAST, 'm')}, a few atoms")
+    if s.gravity is not None and max(map(abs, s.gravity)) > HEAVIEST:
+        raise ValueError(f"gravity {s.gravity} is beyond {HEAVIEST:.0e} m/s^2, that of a neutron star")
     for body in s.bodies:
         if (own := getattr(body, "spacing", None)) is not None and own < LEAST:
             raise ValueError(f"{s.key_of(body)}.spacing {own:.4g} m is below {show(LEAST, 'm')}, a few atoms")

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from taichi_sph import runtime
+from taichi_sph.errors import SceneError
+from taichi_sph.run.plan import plan
 from taichi_sph.scene import Material, Numerics, Plate, Scene, Shell, Spring
 from taichi_sph.world.world import World
 
@@ -71,6 +73,36 @@ def test_a_spring_softer_than_the_bodies_does_not_name_the_step():
     assert longest(sim) > 100 * alone
     assert "omega_max" in sim.dt_rule and sim.longest < alone
     assert sim.longest == pytest.approx((longest(sim) ** -2 + alone**-2) ** -0.5, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"damping": 1e9},
+        {"damping": 1e300},
+        {"stiffness": 1e300},
+        {"stiffness": 1e20, "between": (None, "a"), "points": ((-0.5, 0, 0), (0, 0, 0))},
+    ],
+)
+def test_a_spring_that_asks_for_too_many_steps_is_refused_before_the_run(more):
+    scene = Scene(
+        name="s", title="s", source="tests", rigids=[ball("a", 0.0, M)], springs=[to_ground(**more)], duration=1.0,
+        numerics=Numerics(spacing=0.01),
+    )  # fmt: skip
+    with pytest.raises(SceneError, match=r"time steps of .* which 's' asks for; at most 20 million"):
+        plan(scene)
+
+
+def test_the_plan_knows_the_step_of_a_spring():
+    """As the run has it, to the masses that are known."""
+    scene = Scene(
+        name="s", title="s", source="tests", rigids=[ball("a", 0.0, M)], springs=[to_ground(damping=30.0)], duration=1.0,
+        numerics=Numerics(spacing=0.01, time_step_safety=0.5),
+    )  # fmt: skip
+    zeta = 30.0 / (2 * math.sqrt(K * M))
+    longest = 0.5 * 2 / math.sqrt(K / M) * (math.sqrt(1 + zeta**2) - zeta)
+    assert plan(scene).dt == pytest.approx((longest**-2 + 0.01**-2) ** -0.5, rel=1e-9)
+    assert World(scene, threads=1).longest <= longest
 
 
 def test_damping_takes_what_the_closed_form_says():

@@ -34,7 +34,7 @@ from ...pool import Pool
 from ...runtime import ti
 from ..coupling import Coupling
 from ..places import Places
-from .said import Spring
+from .said import Spring, longest_of
 
 BOTH, PULL, PUSH = 0, 1, 2
 
@@ -101,9 +101,7 @@ class Springs(Coupling):
         """Of an oscillator with that stiffness and damping, central differences with the velocity of the half step before [s]."""
         if self.frequency == 0.0 and self.rate == 0.0:
             return {}
-        zeta = 0.5 * self.rate / self.frequency if self.frequency else math.inf
-        longest = 2.0 / self.frequency * (math.sqrt(1.0 + zeta**2) - zeta) if self.frequency else 2.0 / self.rate
-        return {"springs": self.safety * longest}
+        return {"springs": self.safety * longest_of(self.frequency, self.rate)}
 
     def entries(self) -> Entries:
         stored, taken = (float(runtime.get(f, self.bonds.n).sum()) for f in (self.bonds.stored, self.bonds.taken))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
@@ -61,6 +62,12 @@ class Spring(Frozen):
         if self.radius is not None and not any(name is not None and scene.body(name).has_nodes for name in self.between):
             raise ValueError(f"{where}.radius: of the nodes of a shell, and spring '{self.name}' holds none; leave it out")
         scene.in_time("a spring acts", "springs")
+
+
+def longest_of(frequency: float, rate: float) -> float:
+    """Longest step [s] of an oscillator with that frequency omega [rad/s] and rate of damping c/m [1/s], by central differences with the
+    velocity of the half step before: 2 (sqrt(1 + zeta^2) - zeta) / omega with zeta = c / 2 m omega."""
+    return 4.0 / (math.hypot(2.0 * frequency, rate) + rate)
 
 
 KIND = Kind("spring", "springs", Spring, "taichi_sph.couplings.springs.coupling:couplings", rank=1)
