@@ -2,9 +2,9 @@
 
     python -m tests.golden [CASE ...]      record the cases anew (all of them when none is named) in tests/golden.json
 
-Bits depend on the processor (the C library chooses its functions by what the processor can do, and the kernels of fluids let the compiler
-fuse products with sums) and on the versions of NumPy, SciPy and Taichi. So `tests/golden.json` says where it was made: there the bits must be
-the same, elsewhere the numbers.
+Bits depend on the processor (the C library and the solver of equations choose their functions by what the processor can do, and the kernels
+of fluids let the compiler fuse products with sums) and on the versions of NumPy, SciPy and Taichi. So `tests/golden.json` says where it was
+made: there the bits must be the same, elsewhere the numbers.
 """
 
 from __future__ import annotations
