@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 MAX_NODES = 50_000_000
 MAX_STEPS = 20_000_000
 LEAST, LARGEST = 1e-9, 1e6  # m: of a spacing, a thickness, the radius of a pinball
+MOST_BODIES = 1500
 HEAVIEST = 1e12  # m/s^2
 TIMELESS = ("static", "modes", "limit")  # what a scene may ask for instead of a motion
 
@@ -36,9 +37,9 @@ def material(m: Material) -> None:
         raise ValueError(f"density {m.density:g} kg/m^3 is not that of a solid (25 to 25000 kg/m^3){hint}")
     if not 1e3 <= m.young <= 2e12:
         hint = ""
-        if m.young < 1e3:
-            unit = "GPa" if m.young >= 1.0 else "TPa"
-            hint = f"; it looks like {unit}: write '{m.young:g} {unit}'"
+        for unit, factor in (("GPa", 1e9), ("TPa", 1e12)):
+            if not hint and m.young < 1e3 and 1e9 <= m.young * factor <= 2e12:
+                hint = f"; it looks like {unit}: write '{m.young:g} {unit}'"
         raise ValueError(f"young {m.young:g} Pa is outside 1 kPa to 2 TPa{hint}")
     speed = math.sqrt(m.young / m.density)
     if not 10.0 <= speed <= 30_000.0:
@@ -61,6 +62,8 @@ def names(s: Scene) -> None:
     """There is a body, and no two have one name."""
     if not s.bodies:
         raise ValueError("shells, rigids, fluids and solids are empty: a scene needs at least one body")
+    if len(s.bodies) > MOST_BODIES:
+        raise ValueError(f"the scene has {len(s.bodies)} bodies; at most {MOST_BODIES} are possible: several pieces may be one body")
     taken: dict[str, str] = {}
     for body in (*s.shells, *s.rigids, *s.fluids, *s.solids, *s.others):
         small = body.name.lower()  # some disks do not tell A from a
@@ -203,17 +206,18 @@ def _size(s: Scene) -> None:
         spacing, surface = s.numerics_of(shell).spacing, shell.surface
         waves = math.sqrt(shell.material.young / shell.material.density) / spacing
         if waves > beat:
-            beat, coarsest = waves, spacing
+            beat, coarsest, key = waves, spacing, f"{s.key_of(shell)}.spacing" if shell.spacing else "numerics.spacing"
         nodes += surface.area / spacing / spacing if isinstance(surface, Shaped) else 0.0
     if nodes > MAX_NODES:
-        raise ValueError(f"numerics.spacing {show(coarsest, 'm')} gives {nodes:.2g} nodes; at most {MAX_NODES / 1e6:g} million are allowed")
+        raise ValueError(f"{key} {show(coarsest, 'm')} gives {nodes:.2g} nodes; at most {MAX_NODES / 1e6:g} million are allowed")
     if s.increments is not None:
         return  # their duration is a pseudo-time
     steps = s.duration * beat / 0.5
     if steps > MAX_STEPS:
         raise ValueError(
             f"duration {show(s.duration, 's')} takes about {steps:.2g} time steps at spacing {show(coarsest, 'm')}; "
-            f"at most {MAX_STEPS // 1_000_000} million are allowed (is it in microseconds? write '{s.duration:g} us')"
+            f"at most {MAX_STEPS // 1_000_000} million are allowed"
+            + (f" (is it in microseconds? write '{s.duration:g} us')" if 1.0 <= 1e-6 * steps <= MAX_STEPS else "")
         )
     if steps < 1.0:
         raise ValueError(

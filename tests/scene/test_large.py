@@ -48,6 +48,10 @@ def many_rigids(n: int) -> list[dict]:
     return [{"name": f"r{i}", "mass": 0.01, "pinballs": [{"centre": [0.1 * i, 0, 1], "radius": 0.01}]} for i in range(n)]
 
 
+def many_fluids(n: int) -> list[dict]:
+    return [{"name": f"w{i}", "fill": {"kind": "box", "lo": [i, 0, 1], "hi": [i + 0.03, 0.03, 1.03]}, "spacing": 0.01} for i in range(n)]
+
+
 WATER = {"name": "w", "fill": {"kind": "box", "lo": [0, 0, 1], "hi": [0.05, 0.05, 1.05]}, "spacing": 5e-3}
 CASES = {
     "pinballs": lambda: {**BASE, "rigids": [{"name": "r", "mass": 0.2, "pinballs": balls(100_000)}]},
@@ -74,9 +78,8 @@ CASES = {
     "shells": lambda: {**BASE, "shells": [
         {**PLATE, "name": f"p{i}", "surface": {**PLATE["surface"], "origin": [0, 0, 0.1 * i]}, "spacing": 2e-2} for i in range(500)
     ]},
-    "fluids": lambda: {**BASE, "fluids": [
-        {"name": f"w{i}", "fill": {"kind": "box", "lo": [i, 0, 1], "hi": [i + 0.05, 0.05, 1.05]}, "spacing": 0.01} for i in range(300)
-    ]},
+    "fluids": lambda: {**BASE, "fluids": many_fluids(1000)},
+    "too many fluids": lambda: {**BASE, "fluids": many_fluids(3000)},
     "holes": lambda: perforated(200),
     "very many holes": lambda: perforated(2000),
     "too many holes": lambda: perforated(5000),
@@ -87,7 +90,7 @@ CASES = {
 
 REFUSED = dict.fromkeys(("too many cuts", "too many holes", "probes", "springs", "meetings"), "at most 2000") | {
     "walls": "at most 200", "brackets": "too deeply", "brackets within": "too deeply", "quantities": "twice",
-    "rigid surface": "more than 20000 pinballs",
+    "rigid surface": "more than 20000 pinballs", "too many fluids": "the scene has 3001 bodies; at most 1500 are possible",
 }  # fmt: skip
 
 

@@ -147,12 +147,20 @@ class Fluid(Body):
             raise ValueError(f"{where}.fill.shell: there is no shell '{inside}'{nearest(inside, shells)}")
         if self.every not in (None, 1) and not any(body.what not in ("fluid", "rigid body") for body in scene.bodies):
             raise ValueError(f"{where}.every = {self.every}: steps of a shell, and the scene has none; leave it out")
-        meets, others = scene.meets(), [body for body in scene.bodies if body.what != self.what]
-        for other in scene.before(self):
-            if meets(self.name, other.name):
-                self._beside(scene, meets, others, where, other)
+        if self is scene.fluids[-1]:  # all of them, once
+            meets, others = scene.meets(), [body for body in scene.bodies if body.what != self.what]
+            kinds = [fluid._stands_with(scene, meets, others) for fluid in scene.fluids]
+            for n, fluid in enumerate(scene.fluids if len(set(kinds)) > 1 else ()):
+                for other, kind in zip(scene.fluids[:n], kinds):
+                    if kind != kinds[n] and meets(fluid.name, other.name):
+                        fluid._beside(scene, meets, others, f"fluids[{n}]", other)
         _walls(self, scene)
         scene.in_time("a fluid moves", "fluids")
+
+    def _stands_with(self, scene: Any, meets: Callable[[str, str], bool], others: list[Any]) -> tuple[Any, ...]:
+        """What two fluids that meet have in common; others: the bodies that are no fluids."""
+        touched = frozenset(body.name for body in others if meets(self.name, body.name))
+        return self.spacing or scene.numerics.spacing, self.dissipation, self.support, self.water.law.kind, self.every or 1, touched
 
     def _beside(self, scene: Any, meets: Callable[[str, str], bool], others: list[Any], where: str, other: Fluid) -> None:
         """Two fluids that meet are one lattice of one law, of different density at most; others: the bodies that are no fluids."""
