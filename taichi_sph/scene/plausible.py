@@ -197,6 +197,17 @@ def _equilibrium(s: Scene) -> None:
             raise ValueError(f"{asked}'arc' lets all loads grow in proportion; leave out {key}[{k}].history (kind '{load.history.kind}')")
 
 
+def follows(s: Scene) -> bool:
+    """Whether static.method = 'arc' could look for the equilibria of this scene."""
+    assert s.static is not None
+    arc = s.static.model_copy(update={"method": "arc", "increments": max(3, s.static.increments)})
+    try:
+        _equilibrium(s.model_copy(update={"static": arc}))
+    except ValueError:
+        return False
+    return s.static.method != "arc"
+
+
 def _size(s: Scene) -> None:
     """Nodes and steps by the shells' areas and wave speeds."""
     if not s.shells:

@@ -281,7 +281,10 @@ class World:
         if self.instead is not None:  # nothing moves; the loads do their work from increment to increment
             found.kinetic = 0.0
             found.external = self.instead.work + sum(group.pressed() for group in self.groups)
-        return {"time": self.time - self.clock.dt_before, **balance(found, self.clock.injected)}
+        told = {"time": self.time - self.clock.dt_before, **balance(found, self.clock.injected)}
+        if self.step == 0:  # nothing was given yet, and what rounding leaves is no error
+            told |= {"B_percent": 0.0, "closed_residual_percent": 0.0}
+        return told
 
     def status(self) -> dict[str, int]:
         """Small numbers for the progress line."""

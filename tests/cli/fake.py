@@ -53,7 +53,7 @@ class FakeWorld:
         }
 
     def status(self) -> dict[str, int]:
-        return {"broken": self.step // 10, "fragments": 0}
+        return {"broken": self.step // 10, "loose nodes": 0}
 
     def tracks(self, look: bool = True) -> dict[str, dict[str, float]]:
         return {}

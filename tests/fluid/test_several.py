@@ -67,6 +67,7 @@ def closed(sim) -> float:
 def test_fuel_over_water_at_rest_stays_at_rest():
     """800 over 1000 kg/m3: the pressure is that of what stands above, and one across the interface."""
     sim = start(layers(1000.0, 800.0))
+    assert closed(sim) == 0.0  # before the first step
     sim.advance_to(0.4)
     below, above = (sim.frame().body(name) for name in ("below", "above"))
     speed = max(np.linalg.norm(body.point_data["velocity"], axis=1).max() for body in (below, above))

@@ -138,7 +138,9 @@ def test_where_newton_finds_nothing_the_shell_is_relaxed(monkeypatch):
 def test_a_search_that_stopped_goes_on_with_another_limit(tmp_path):
     """It ends where one that was never stopped does; other keys, and other runs, are refused."""
     scene = pressed(static=Static(residual=1e-4, method="relaxation", max_steps=60))
-    with pytest.raises(RunStopped, match="no equilibrium at load 1 after 60 steps"):
+    with pytest.raises(
+        RunStopped, match="at load 1 after 60 steps; .*: follow the path with static.method = 'arc', or raise static.max_steps"
+    ):
         session.run(scene, tmp_path / "run", pictures=False)
     with pytest.raises(SceneError, match="takes static.method, static.residual, static.max_steps"):
         session.resume(tmp_path / "run", pictures=False, settings={"static.increments": "3"})

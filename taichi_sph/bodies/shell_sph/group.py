@@ -124,4 +124,4 @@ class ParticleShells(ShellGroup):
         return found
 
     def status(self) -> dict[str, int]:
-        return {"broken": self.rupture.broken - len(self.cut_cells), "fragments": self.rupture.fragments}
+        return {"broken": self.rupture.broken - len(self.cut_cells), "loose nodes": self.rupture.loose}

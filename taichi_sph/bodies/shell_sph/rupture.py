@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 class Rupture(Pool):
     """Owns the events of a group of shells."""
 
-    kept = ("released", "broken", "events", "fragments")
+    kept = ("released", "broken", "events", "loose")
 
     def __init__(self, group: "ParticleShells", name: str = "rupture"):
         super().__init__(name)
@@ -34,7 +34,7 @@ class Rupture(Pool):
         self.released = 0.0  # J
         self.broken = 0  # cells
         self.events = 0
-        self.fragments = 0  # nodes
+        self.loose = 0  # nodes without a live cell
 
     def happen(self) -> bool:
         """Let the cells break that reached D_c in this step; True when any did."""
@@ -58,7 +58,7 @@ class Rupture(Pool):
         cells, nodes = group.cells, group.nodes
         while n_new:
             self.broken += n_new
-            self.fragments += _break(cells, nodes, n_new, time)
+            self.loose += _break(cells, nodes, n_new, time)
             group.internal.drop(n_new)
             touched = [(links, links.cut_through(cells, cells.new, n_new)) for links in group.internal.links]
             runtime.fill(cells.n_new, 0)
@@ -81,7 +81,7 @@ def _break(cells: ti.template(), nodes: ti.template(), n_new: ti.i32, time: ti.f
     for m in range(n_new):
         cells.broken[cells.new[m]] = 1
         cells.rupture_time[cells.new[m]] = time
-    fragments = 0
+    loose = 0
     for m in range(n_new):
         s = cells.new[m]
         for k in ti.static(range(4)):  # no atomic within a loop of the device (CONTRIBUTING.md, Vulkan)
@@ -92,5 +92,5 @@ def _break(cells: ti.template(), nodes: ti.template(), n_new: ti.i32, time: ti.f
                     alive += 1 - cells.broken[cells.of_node[q]]
                 if alive == 0:
                     if ti.atomic_max(nodes.fragment[i], 1) == 0:  # the first of the cells that the node loses counts it
-                        fragments += 1
-    return fragments
+                        loose += 1
+    return loose

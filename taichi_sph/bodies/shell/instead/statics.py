@@ -19,6 +19,7 @@ from ....errors import RunStopped
 from ....pool import Pool
 from ....runtime import ti
 from ....scene.instead import LARGEST, Static
+from ....scene.plausible import follows
 from ...nodal.loads import undrilled
 from ...nodal.nodes import body_of
 from ..build import by_node
@@ -315,9 +316,10 @@ class Relaxation(Pool):
                             goes_on=True,
                         )
                     self._rest()
+        path = "follow the path with static.method = 'arc', or " if follows(self.group.scene) else ""
         raise RunStopped(
             f"shell '{self._worst()}': no equilibrium at load {time:g} after {self.max_steps} steps; the residual is"
-            f" {self.residual.max():.3g}, wanted {self.tolerance:g}: raise static.max_steps or static.residual",
+            f" {self.residual.max():.3g}, wanted {self.tolerance:g}: {path}raise static.max_steps or static.residual",
             goes_on=True,
         )
 
