@@ -31,6 +31,7 @@ from .tell import contact_text, overlap_text, tell_plan
 
 RESUMED = ("static.method", "static.residual", "static.max_steps")  # what a resumed search for equilibrium may change
 BEAT = 0.5  # s of wall clock between looks at the clock, the keyboard and the screen
+FEW_STEPS = 100  # below, the rate of a run says how long it took to start
 
 
 class WorldLike(Protocol):
@@ -398,7 +399,8 @@ class _Session:
             }
             summary = write_summary(folder, **counted, contact=sim.contact_report(), overlap=sim.overlap_report(), **how)
             lines = answer(folder, summary)
-        if c.advance > 1.0 and self.scene.increments is None:  # shorter ones measure the start; a step of statics is no step
+        # shorter ones measure the start; a step of statics is no step
+        if c.advance > 1.0 and summary["steps"] >= FEW_STEPS and self.scene.increments is None:
             speed.remember(self.scene, self.arch, summary["node_steps_per_second"])
         drawn = draw(self.out, self.progress) if pictures else []
         if "contact" in summary:

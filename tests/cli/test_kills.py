@@ -1,6 +1,6 @@
 """Real runs killed (SIGKILL) at random moments and resumed: what comes out is what an undisturbed run gives, bit for bit.
 
-Each kind of scene is killed TAICHI_SPH_KILLS times, ten by default, which makes a hundred, in one run or, where that ends too soon, in a
+Each kind of scene is killed TAICHI_SPH_KILLS times, ten by default, in one run or, where that ends too soon, in a
 second: once in its first samples, then at random rows of the history of progress, so that the moments do not depend on the machine. A
 third of the kills come while a process starts, as it reads the checkpoint, builds, and drops what lies behind. Each kill costs one start.
 The moments follow from the kind and the number of kills.
@@ -43,10 +43,13 @@ SCENES: dict[str, tuple[Any, list[str]]] = {
     "bodies": ("two_tanks", ["duration=600us"]),  # two shells, two fluids, two strikers
     "everything": (everything, []),  # elements, holes, springs, a driven body, steps of bodies' own
     "more": (more, []),  # a patch, a solid, welds, sections, gas, a rigid surface
+    "grows": ("empty_tank", ["coupled=true", "grows=true", "duration=100us"]),  # a patch that grows
+    "stirred": ("fuel_over_water", ["heavy=above", "duration=600ms"]),  # fluids that mix in their pool
+    "explosive": ("exploding_cylinder", ["over_radius=6", "duration=20us"]),
     "newton": ("slit_ring", []),
     "arc": ("hinged_roof", []),
 }
-WHOLE = {"water", "everything", "more", "newton", "arc"}  # nothing is damaged there
+WHOLE = {"water", "stirred", "everything", "more", "newton", "arc"}  # nothing is damaged there
 
 
 def start(arguments: list[str]) -> subprocess.Popen[str]:
