@@ -256,14 +256,16 @@ def quantities(specimen: str, velocity: float, piston: float, stem: float) -> li
 
 
 def of_thin(specimen: str, velocity: float) -> list[Quantity]:
-    """TF14 at 5 m/s lost its bottom along the rim at about 1.5 ms; F14 at 2 m/s held, with 1000 to 1200 Hz."""
-    torn = {"value": 1.5e-3, "tolerance": 0.2e-3, "source": "T 5.3.1, measured"} if (specimen, velocity) == ("TF14", 5.0) else {}
+    """F14 at 2 m/s held, with 1000 to 1200 Hz. That TF14 at 5 m/s lost its bottom along the rim at about 1.5 ms is no target of
+    `time_to_rupture`, which is that of the first cell anywhere. Only F14 is run long enough for a frequency."""
     swung = {"value": 1100.0, "tolerance": 100.0, "source": "T table 5.2, measured"} if (specimen, velocity) == ("F14", 2.0) else {}
-    return [
+    found = [
         Quantity(name="face_pressure_peak", unit="Pa", options={"face": "sensor", "start": 0.0, "end": 2e-3}),
-        Quantity(name="time_to_rupture", unit="s", options={"body": "plate"}, **torn),
-        Quantity(name="face_frequency", unit="Hz", options={"face": "sensor", "start": 0.5e-3, "low": 500.0}, **swung),
+        Quantity(name="time_to_rupture", unit="s", options={"body": "plate"}),
     ]
+    if specimen == "F14":
+        found.append(Quantity(name="face_frequency", unit="Hz", options={"face": "sensor", "start": 0.5e-3, "low": 500.0}, **swung))
+    return found
 
 
 if __name__ == "__main__":

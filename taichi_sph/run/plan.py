@@ -172,7 +172,7 @@ def _of_springs(scene: Scene, bodies: tuple[BodyPlan, ...]) -> dict[str, float]:
     for spring in scene.springs:
         loose = 0.0  # 1/kg
         for name in spring.between:
-            if (body := plans.get(name or "")) is not None and body.mass > 0 and not getattr(scene.body(body.name), "held", False):
+            if (body := plans.get(name or "")) is not None and body.mass > 0 and getattr(scene.body(body.name), "free", True):
                 near = 1.0 if spring.radius is None else max(1.0, math.pi * (spring.radius / body.spacing_max) ** 2)
                 loose += max(1.0, body.nodes / near) / body.mass if scene.body(body.name).has_nodes else 1.0 / body.mass
         if loose * (spring.stiffness + spring.damping) > 0:
