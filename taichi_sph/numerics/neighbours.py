@@ -4,12 +4,15 @@ Space is cut into cells of half the reach; a cell's number counts first along x,
 look at lie side by side in memory, row by row. Numbers wrap round (a torus of N_x N_y N_z cells): points may go
 anywhere, memory stays, and two places that share a cell are told apart by the distance, which is asked anyway.
 
+Points may differ in `size`: 1 of those with the whole support, less of others. Two points then are neighbours within the mean of their
+supports, and cells are half the least reach.
+
 A list holds every point nearer than `reach` = support + skin when it was built; it stays complete until two points
 can have moved by `skin` relative to each other. Testing candidates costs as much as the forces, so lists pay (docs/method.md).
 """
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,20 +25,34 @@ WIDE = 5  # cells that a query sees along each axis: at least so many there must
 BLOCK = 4096
 
 
+class Sizes(NamedTuple):
+    """size (N,): field of the points' supports over the whole one; least: of them; skin [m] of the lists, which is in the reach."""
+
+    size: Any
+    least: float
+    skin: float
+
+
 class Neighbours(Pool):
     """Cells and lists of n points. `x` (N, 3) f64 [m] is kept in cell order by the owner (see `order`).
 
     number (N,) i32 of neighbours, the point itself included; near: those of point i from i * width on.
     """
 
-    def __init__(self, name: str, x: Any, n: int, reach: float, spacing: float, box: np.ndarray):
-        """spacing [m]: so far apart points usually are; box (2, 3) [m]: where they are at first. Both only set sizes."""
+    def __init__(self, name: str, x: Any, n: int, reach: float, spacing: float, box: np.ndarray, sizes: Sizes | None = None):
+        """spacing [m]: so far apart points usually are; box (2, 3) [m]: where they are at first. Both only set sizes of fields. sizes: of
+        the points, where they differ; reach is that of two whole ones."""
         super().__init__(name)
         self.x, self.n = x, n
-        self.reach = reach
-        sides = np.ceil((box[1] - box[0]) / (0.5 * reach)).astype(int) + WIDE + 1
-        while sides.prod() > max(4 * n, 1000):
-            sides[sides.argmax()] = max(WIDE + 1, sides.max() // 2)
+        self.reach, self.sizes = reach, sizes
+        self.inverse, wide = 2.0 / reach, WIDE  # of the side of a cell
+        if sizes is not None:
+            self.size = sizes.size
+            self.inverse = 2.0 / (sizes.skin + (reach - sizes.skin) * sizes.least)
+            wide = 2 * math.ceil(reach * self.inverse) + 1
+        sides = np.ceil((box[1] - box[0]) * self.inverse).astype(int) + wide + 1
+        while sides.prod() > max(4 * n, 1000) and sides.max() > wide + 1:
+            sides[sides.argmax()] = max(wide + 1, sides.max() // 2)
         self.sides = self.field("sides", 3, dtype="i32", doc="cells along each axis")
         runtime.put(self.sides, sides.astype(np.int32))
         self.cells = int(sides.prod())
@@ -50,18 +67,24 @@ class Neighbours(Pool):
     def order(self) -> None:
         """`source`: the points' numbers sorted by cell, the order within a cell kept. The owner then moves them."""
         if runtime.one_by_one():
-            _sort(self, self.n, self.cells, 2.0 / self.reach)
+            _sort(self, self.n, self.cells, self.inverse)
             return
-        _cells(self, self.n, 2.0 / self.reach)
+        _cells(self, self.n, self.inverse)
         group(self.number, self.start, self.source, self.n, self.cells)
 
     def list(self) -> None:
         """The lists of points that stand in the order of `order`."""
-        _build(self, self.near, self.n, 2.0 / self.reach, self.reach, self.width)
+        self._build()
         most = int(runtime.get(self.number, self.n).max())
         if most > self.width:
             self._widen(most)
-            _build(self, self.near, self.n, 2.0 / self.reach, self.reach, self.width)
+            self._build()
+
+    def _build(self) -> None:
+        if self.sizes is None:
+            _build(self, self.near, self.n, self.inverse, self.reach, self.width)
+        else:
+            _build_sized(self, self.near, self.n, self.inverse, self.reach - self.sizes.skin, self.sizes.skin, self.width)
 
     def renew(self) -> None:
         """The lists again, from the places that they were built from; the points stand in that order already."""
@@ -156,6 +179,35 @@ def _build(nb: ti.template(), near: ti.template(), n: ti.i32, inverse: ti.f64, r
                 for j in range(start, stop):
                     near[i * width + ti.min(k, width - 1)] = j
                     k += ti.select((nb.x[j] - x).norm_sqr() < reach * reach, 1, 0)
+        nb.number[i] = k
+
+
+@ti.kernel
+def _build_sized(nb: ti.template(), near: ti.template(), n: ti.i32, inverse: ti.f64, support: ti.f64, skin: ti.f64, width: ti.i32):
+    """As `_build`, of points that differ in size: as far as a whole one is seen from each."""
+    for i in range(n):
+        x, size = nb.x[i], ti.cast(nb.size[i], ti.f64)
+        nb.built[i] = x
+        home = nb.cell(x, inverse)
+        far = ti.cast(ti.ceil((skin + 0.5 * support * (size + 1.0)) * inverse), ti.i32)
+        a, b, c = nb.wrap(home[0], 0), nb.wrap(home[1], 1), nb.wrap(home[2], 2)
+        first, last = _turned(a - far, nb.sides[0]), _turned(a + far, nb.sides[0])
+        k = 0
+        for dc in range(-far, far + 1):
+            layer = _turned(c + dc, nb.sides[2]) * nb.sides[1]
+            for db in range(-far, far + 1):
+                row = (layer + _turned(b + db, nb.sides[1])) * nb.sides[0]
+                start, stop = nb.start[row + first], nb.start[row + last + 1]
+                pieces = 1
+                if first > last:  # the row wraps round: its other piece first
+                    pieces, start = 2, nb.start[row]
+                for piece in range(pieces):
+                    if piece == 1:
+                        start, stop = nb.start[row + first], nb.start[row + nb.sides[0]]
+                    for j in range(start, stop):
+                        near[i * width + ti.min(k, width - 1)] = j
+                        reach = skin + 0.5 * support * (size + ti.cast(nb.size[j], ti.f64))
+                        k += ti.select((nb.x[j] - x).norm_sqr() < reach * reach, 1, 0)
         nb.number[i] = k
 
 

@@ -82,7 +82,8 @@ class LeakGauge(Pool):
     def escaped(self) -> float:
         """Mass that has left [kg]."""
         body = self.fluid.body
-        return float(body.p.masses[body.p.of[self.span.first]]) * int(self.outside.sum())
+        own = slice(self.span.first, self.span.first + self.span.n)
+        return float((self.outside / body.p.parts[own] ** 3).sum() * body.p.masses[body.p.of[self.span.first]])
 
     def look(self, time: float) -> dict[str, float]:
         """Looks, and returns the row of the history now."""
@@ -117,7 +118,7 @@ class LeakGauge(Pool):
             self.rate = (self.escaped - self.before[1]) / since
             self.before = np.array([time, self.escaped])
         if len(left):
-            self.jet = v[left].mean(axis=0)
+            self.jet = np.average(v[left], axis=0, weights=1.0 / p.parts[self.span.first + left] ** 3)
         self.row = self._row()
         return self.row
 

@@ -55,7 +55,7 @@ def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceM
             _near(f"fluids[{index}].fill.lo", fluid.fill.lo, spacing)
         sizes.append((found * LEAST_BYTES["fluid"], found, key, spacing))
         counts[fluid.name] = found
-        steps = scene.duration * fluid.water.sound / (0.6 * spacing)
+        steps = scene.duration * fluid.water.sound / (0.6 * spacing / 2 ** len(fluid.finer or ()))
         if steps > MAX_STEPS * (fluid.every or 1):
             raise SceneError(
                 f"duration {show(scene.duration, 's')} takes about {steps:.2g} time steps of fluid '{fluid.name}' ({key} "

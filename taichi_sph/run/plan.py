@@ -329,17 +329,23 @@ def _rigid(solid: rigid_bodies.Solid) -> BodyPlan:
 def _fluid(fluid: Fluid, filling: Filling, scene: Scene, meshes: Mapping[str, SurfaceMesh]) -> BodyPlan:
     """Its particles, and the step of sound through them."""
     n, note = len(filling.points), "; ".join([filling.sentence, *too_narrow(scene, fluid.name, meshes)])
-    return _of_particles(fluid, scene, n, filling.mass * n, fluid.water.density * filling.volume, filling.spacing, note)
+    mass = float(filling.mass * filling.whole)
+    return _of_particles(fluid, scene, n, mass, fluid.water.density * filling.volume, filling.spacing, filling.finest, note)
 
 
 def _counted_fluid(fluid: Fluid, n: int, scene: Scene) -> BodyPlan:
-    """By the count of its particles."""
+    """By the count of its particles, none of them split."""
     d = scene.numerics_of(fluid).spacing
-    return _of_particles(fluid, scene, n, fluid.water.density * n * d**3, None, d, "counted")
+    finest = d / 2 ** len(fluid.finer or ())
+    return _of_particles(
+        fluid, scene, n, fluid.water.density * n * d**3, None, d, finest, "counted" if finest == d else "counted, none of them split"
+    )
 
 
-def _of_particles(fluid: Fluid, scene: Scene, n: int, mass: float, analytic: float | None, spacing: float, note: str) -> BodyPlan:
-    """A fluid of n particles; masses [kg], spacing [m]."""
+def _of_particles(
+    fluid: Fluid, scene: Scene, n: int, mass: float, analytic: float | None, spacing: float, finest: float, note: str
+) -> BodyPlan:
+    """A fluid of n particles; masses [kg], spacings [m]."""
     return BodyPlan(
         name=fluid.name,
         nodes=n,
@@ -347,9 +353,9 @@ def _of_particles(fluid: Fluid, scene: Scene, n: int, mass: float, analytic: flo
         mass=mass,
         analytic_mass=analytic,
         thickness=spacing,
-        spacing_min=spacing,
+        spacing_min=finest,
         spacing_max=spacing,
-        dt=scene.numerics.time_step_safety * 0.6 * spacing / fluid.water.sound,
+        dt=scene.numerics.time_step_safety * 0.6 * finest / fluid.water.sound,
         note=note,
         memory=FLUID_BYTES_PER_PARTICLE * n,
         every=fluid.every or 1,

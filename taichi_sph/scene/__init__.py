@@ -31,7 +31,7 @@ _WHERE = {
     ),
     "until": ("LeakKnown",),
     "units": ("Angle", "Density", "Dimensionless", "Force", "Length", "Mass", "Pressure", "Speed", "Spin", "Stiffness", "Time", "to_si"),
-    "..bodies.fluid.said": ("Acoustic", "Fluid", "FluidBox", "FluidRound", "Hole", "ShellFill", "Tait", "Wall", "Water"),
+    "..bodies.fluid.said": ("Acoustic", "Finer", "Fluid", "FluidBox", "FluidRound", "Hole", "ShellFill", "Tait", "Wall", "Water"),
     "..bodies.rigid.said": ("DiscFace", "Driven", "Pinball", "Rigid", "TubeFace"),
     "..bodies.shell.said": ("Collocation", "Cut", "FiniteElements", "Galerkin", "Patch", "Section", "Shell", "Viscosity"),
     "..bodies.solid.said": ("Detonation", "Particles", "Solid", "Trilinear"),

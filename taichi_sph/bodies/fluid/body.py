@@ -20,14 +20,14 @@ import numpy as np
 
 from ... import runtime
 from ...laws import eos_acoustic, eos_tait
-from ...numerics.neighbours import Neighbours
+from ...numerics.neighbours import Neighbours, Sizes
 from ...numerics.reduce import Reducer
 from ...pool import Pool
 from ..body import Span
 from . import columns
 from .fill import Filling
 from .motion import drift, stored_energy
-from .packing import even_out
+from .packing import even_out, settle_jumps
 from .pairs import FluidPairs
 from .pool import FluidParticles
 from .said import Fluid, FluidBox, ShellFill, Wall
@@ -87,6 +87,7 @@ class FluidBody(Pool):
         first = np.cumsum([0, *(len(filling.points) for filling in fillings)]).tolist()
         self.spans = [Span(fluid.name, k, n - k) for fluid, k, n in zip(self.fluids, first, first[1:])]
         spacing, masses = max(filling.spacing for filling in fillings), np.array([filling.mass for filling in fillings])
+        parts = np.concatenate([filling.parts for filling in fillings])
         self.gravity = np.asarray(gravity, float)
         self.points = points = np.concatenate([filling.points for filling in fillings])
         self.origin = points.mean(axis=0)
@@ -95,12 +96,14 @@ class FluidBody(Pool):
         self.support, self.sound = self.fluids[0].support, max(fluid.water.sound for fluid in self.fluids)
         self.sorts = 0
         of = np.repeat(np.arange(len(fluids)), np.diff(first))
-        self.p = p = FluidParticles(name, points, of, masses, spacing, self.constants)
-        self.skin = skin * spacing
+        self.p = p = FluidParticles(name, points, of, masses, spacing, self.constants, parts)
+        self.skin = skin * p.finest
         # 1e-3: supports grow by that at s = -0.3 %; of water torn further apart the lists may miss pairs at the very rim,
         # where W' is below 3e-5 of its largest value, on both sides alike
         reach = 2.0 * self.support * spacing * (1.0 + 1e-3) + self.skin
-        self.near = Neighbours(f"{name}.lists", p.x, p.n, reach, spacing, np.array([points.min(axis=0), points.max(axis=0)]))
+        box = np.array([points.min(axis=0), points.max(axis=0)])
+        sizes = Sizes(p.size, p.finest / spacing, self.skin) if p.sized else None
+        self.near = Neighbours(f"{name}.lists", p.x, p.n, reach, spacing, box, sizes)
         self.walls = Walls(f"{name}.walls", walls)
         self.surroundings: Surroundings | None = None
         cut = bool((self.constants[:, columns.LEAST] > ANY).any())
@@ -126,6 +129,10 @@ class FluidBody(Pool):
             even = np.split(even_out(self, axes, levels), [span.first for span in self.spans[1:]])
             self.points = np.concatenate([filling.kept_off(points) for filling, points in zip(self.fillings, even)])
             p.place(self.points)
+        elif p.sized:
+            self.sort()
+            self.points = settle_jumps(self)
+            p.place(self.points)
         v = np.concatenate([np.tile(np.asarray(fluid.velocity, float), (span.n, 1)) for fluid, span in zip(self.fluids, self.spans)])
         runtime.put(p.v, v)
         if self.gravity.any() or any(fluid.pressure for fluid in self.fluids):
@@ -133,7 +140,8 @@ class FluidBody(Pool):
         self.compressed = self.stored()  # J, at t = 0
         self.injected = self.compressed
         for b, mass in enumerate(p.masses):
-            self.injected += 0.5 * float(mass) * float((v[p.of == b] ** 2).sum())
+            own = p.of == b
+            self.injected += 0.5 * float(mass) * float((v[own] ** 2 / p.parts[own, None] ** 3).sum())
         self.fallen_from = self._potential(0.0)
         self.sort()
         if self.surroundings is not None:
@@ -163,10 +171,13 @@ class FluidBody(Pool):
         layers: list[Any] = []  # so far: box across, depths of top and bottom [m], pressure at the top [Pa], density
         for b in np.argsort([depth[self.p.of == b].min() for b in range(len(self.fluids))], kind="stable"):
             own, c, fluid = self.p.of == b, self.constants[b], self.fluids[b]
-            d = c[columns.OWN]
-            low, high = self.points[own][:, across].min(axis=0) - 0.5 * d, self.points[own][:, across].max(axis=0) + 0.5 * d
-            top, bottom = depth[own].min() - 0.5 * d, depth[own].max() + 0.5 * d
-            pressure = fluid.water.density * g * (depth[own] - depth[own].min() + 0.5 * d)
+            d = c[columns.OWN] / self.p.parts[own]
+            beside, half = self.points[own][:, across], 0.5 * d[:, None]
+            low, high = (beside - half).min(axis=0), (beside + half).max(axis=0)
+            highest = int((depth[own] - 0.5 * d).argmin())
+            top, bottom = depth[own][highest] - 0.5 * d[highest], (depth[own] + 0.5 * d).max()
+            pressure = fluid.water.density * g * (depth[own] - depth[own][highest] + 0.5 * d[highest])
+            d = d.max()
             borne = fluid.pressure or 0.0
             for low_a, high_a, top_a, bottom_a, borne_a, density in layers:
                 if (low < high_a).all() and (low_a < high).all() and bottom_a > top - d:
@@ -223,7 +234,7 @@ class FluidBody(Pool):
 
         A body of mass m per area between two layers of water swings with omega = c/D sqrt(STIFF (1 + 2 rho D / m)); the one pass of
         fluid_pairs is stable up to omega dt = 0.70 (docs/method.md, 11)."""
-        pace = float(self.constants[:, columns.OWN].min()) / (self.sound + self.fastest())
+        pace = float(self.constants[:, columns.OWN].min()) * self.p.finest / self.p.spacing / (self.sound + self.fastest())
         longest = LIMIT * self.support * pace
         if self.surroundings is not None:
             swings = STIFF * (1.0 + 2.0 * float(self.constants[:, columns.DENSITY].max()) * self.p.spacing / self.surroundings.lightest)
@@ -259,6 +270,8 @@ class FluidBody(Pool):
             return 0.0
         p = self.p
         x, body = runtime.get(p.x, p.n) - dt * runtime.get(p.v, p.n), runtime.get(p.body, p.n)
+        if p.sized:
+            return float(runtime.get(p.mass, p.n).astype(float) @ (x @ self.gravity))
         return sum(float(mass * (x[body == b] @ self.gravity).sum()) for b, mass in enumerate(p.masses))
 
     def pools(self) -> list[Pool]:

@@ -14,7 +14,7 @@ Other shells that the fluid meets (baffles) are walls with water on both sides: 
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from weakref import WeakValueDictionary
 
 import numpy as np
@@ -23,11 +23,13 @@ from ...errors import SceneError
 from ...geometry.holes import lids, rims
 from ...geometry.mesh import SurfaceMesh
 from ...geometry.near import away_from, moved_off, triangles_of
+from ...geometry.regions import inside
 from ...geometry.surfaces import mesh_key
+from ...scene.plausible import MAX_NODES
 from ...scene.schema import Scene
 from ...scene.surfaces import CappedTank, Cylinder, Shaped, Surface
 from ..shell.sections import sheets_of
-from .said import Fluid, FluidBox, FluidRound
+from .said import Finer, Fluid, FluidBox, FluidRound
 
 AXES = {"x": 0, "y": 1, "z": 2}
 CONTACT = {None: 0.5, "pinballs": 0.74}  # of D_0: where a particle stands at a sound shell (docs/method.md)
@@ -41,7 +43,8 @@ NEAREST = 0.3  # of D_0: how near to the surface of a wall a particle may come w
 @dataclass(frozen=True)
 class Filling:
     """points (N, 3) [m]; volume [m3] that they stand for; spacing D_0 [m]; lattice [m]; mass of one [kg]; walls (T, 3, 3) [m], the
-    triangles of the shells around and inside; half (T,) [m] their thickness."""
+    triangles of the shells around and inside; half (T,) [m] their thickness; split (N,): into how many along each axis the whole particle
+    was split that each comes from, None: all are whole. Spacing and mass are those of whole ones."""
 
     points: np.ndarray
     volume: float
@@ -49,14 +52,30 @@ class Filling:
     density: float
     walls: np.ndarray = field(default_factory=lambda: np.zeros((0, 3, 3)))
     half: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    split: np.ndarray | None = None
+
+    @property
+    def whole(self) -> float:
+        """How many there would be if none were split."""
+        return len(self.points) if self.split is None else float((1.0 / self.parts**3).sum())
+
+    @property
+    def parts(self) -> np.ndarray:
+        """(N,) `split`, of ones where it is None."""
+        return np.ones(len(self.points), np.int64) if self.split is None else self.split
 
     @property
     def spacing(self) -> float:
-        return float(np.cbrt(self.volume / len(self.points)))
+        return float(np.cbrt(self.volume / self.whole))
+
+    @property
+    def finest(self) -> float:
+        """The least D_0 [m]."""
+        return self.spacing / int(self.parts.max())
 
     @property
     def mass(self) -> float:
-        return self.density * self.volume / len(self.points)
+        return self.density * self.volume / self.whole
 
     def kept_off(self, points: np.ndarray) -> np.ndarray:
         """The points of the filling at places (N, 3) to which they were moved: those nearer to a wall than NEAREST moved off it, those
@@ -73,16 +92,17 @@ class Filling:
         beyond = np.flatnonzero(near)[turned < -0.5]
         points = points.copy()
         points[beyond] = self.points[beyond]
-        return moved_off(points, self.walls, self.half, NEAREST * self.spacing)
+        return moved_off(points, self.walls, self.half, NEAREST * self.finest)
 
     @property
     def sentence(self) -> str:
         """For the log: how many, and what the lattice left out."""
-        taken = len(self.points) * self.lattice**3 / self.volume
+        taken = self.whole * self.lattice**3 / self.volume
+        sizes, counts = np.unique(self.parts, return_counts=True)
+        of = ", ".join(f"{n} of {1e3 * self.spacing / k:.4g} mm" for k, n in zip(sizes.tolist(), counts.tolist()))
         return (
-            f"{len(self.points)} particles of {1e3 * self.spacing:.4g} mm, {self.density * self.volume:.6g} kg;"
-            f" the lattice alone would hold {100 * taken:.2f} % of that"
-        )
+            f"{len(self.points)} particles of {1e3 * self.spacing:.4g} mm" if len(sizes) == 1 else f"{len(self.points)} particles, {of}"
+        ) + f", {self.density * self.volume:.6g} kg; the lattice alone would hold {100 * taken:.2f} % of that"
 
 
 _MADE: WeakValueDictionary[Hashable, Filling] = WeakValueDictionary()
@@ -98,12 +118,12 @@ def fill_fluid(fluid: Fluid, scene: Scene, meshes: Mapping[str, SurfaceMesh]) ->
     baffles = [s for s in scene.shells if s is not shell and scene.met(fluid.name, s.name).meet and _beside(meshes[s.name], meshes[name])]
     tank = scene.body(name)
     walls = tuple((getattr(s, "thickness", 0.0), getattr(s, "sections", ()), mesh_key(s, scene)) for s in (tank, *baffles))
-    key = (fluid.fill, fluid.water.density, fluid.contact, spacing, walls)
+    key = (fluid.fill, fluid.water.density, fluid.contact, spacing, fluid.finer, walls)
     found = _MADE.get(key)
     if found is None:
-        inside = [(meshes[s.name], sheets_of(s, meshes[s.name]).thickness) for s in baffles]
+        within = [(meshes[s.name], sheets_of(s, meshes[s.name]).thickness) for s in baffles]
         thickness = 0.0 if shell is None else sheets_of(shell, meshes[name]).thickness  # a rigid tank has the surface that is met
-        found = _MADE[key] = fill(fluid, spacing, meshes[name], thickness, tank.surface, inside)
+        found = _MADE[key] = fill(fluid, spacing, meshes[name], thickness, tank.surface, within)
     return found
 
 
@@ -114,6 +134,43 @@ def _beside(one: SurfaceMesh, other: SurfaceMesh) -> bool:
 
 
 def fill(
+    fluid: Fluid,
+    spacing: float,
+    mesh: SurfaceMesh | None = None,
+    thickness: float | np.ndarray = 0.0,
+    surface: Surface | None = None,
+    baffles: Sequence[tuple[SurfaceMesh, float | np.ndarray]] = (),
+) -> Filling:
+    """As `_whole`, with the particles split that are to be finer."""
+    filling = _whole(fluid, spacing, mesh, thickness, surface, baffles)
+    for number, finer in enumerate(fluid.finer or ()):
+        filling = _split(filling, finer, f"fluid '{fluid.name}': finer[{number}]")
+    return filling
+
+
+def _split(filling: Filling, finer: Finer, what: str) -> Filling:
+    """Each particle that lies there becomes eight: a cube of its own volume."""
+    caught = inside(finer.within, filling.points)
+    if not caught.any():
+        low, high = filling.points.min(axis=0), filling.points.max(axis=0)
+        raise SceneError(
+            f"{what}.within holds none of its particles, which stand from ({low[0]:.4g}, {low[1]:.4g}, {low[2]:.4g}) m to"
+            f" ({high[0]:.4g}, {high[1]:.4g}, {high[2]:.4g}) m"
+        )
+    parts, count = filling.parts, np.where(caught, 8, 1)
+    if count.sum() > MAX_NODES:
+        raise SceneError(
+            f"{what} gives {count.sum():.2g} particles; at most {MAX_NODES / 1e6:g} million are allowed: make the region smaller"
+        )
+    cube = np.stack(np.meshgrid(*3 * [(-0.25, 0.25)], indexing="ij"), axis=-1).reshape(-1, 3)
+    points, parts = np.repeat(filling.points, count, axis=0), np.repeat(parts, count)
+    of_split = np.repeat(caught, count)
+    points[of_split] += np.tile(cube, (int(caught.sum()), 1)) * (filling.spacing / parts[of_split])[:, None]
+    parts[of_split] *= 2
+    return replace(filling, points=points, split=parts)
+
+
+def _whole(
     fluid: Fluid,
     spacing: float,
     mesh: SurfaceMesh | None = None,

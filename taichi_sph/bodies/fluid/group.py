@@ -15,7 +15,6 @@ from ...numerics.reduce import fastest
 from ...pool import Pool
 from ...scene.schema import Scene
 from ..body import Entries, Now, Rest, Span
-from . import columns
 from .body import FluidBody
 from .fill import Filling, fill_fluid
 from .port import FluidSurface
@@ -124,9 +123,10 @@ class FluidGroup(Rest):
     def negligible(self, dt: float) -> float:
         """1/2 rho_0 c^2 s^2 over all particles, twice."""
         rounding = 1e-6 if self.scene.numerics.precision == "f32" else 1e-12
-        masses = self.body.p.masses.tolist()
+        p = self.body.p
         return sum(
-            rounding**2 * mass * span.n * fluid.water.sound**2 for mass, span, fluid in zip(masses, self.body.spans, self.body.fluids)
+            rounding**2 * float(mass) * float((1.0 / p.parts[p.of == b] ** 3).sum()) * fluid.water.sound**2
+            for b, (mass, fluid) in enumerate(zip(p.masses, self.body.fluids))
         )
 
     def look(self, now: Now) -> None:
@@ -163,11 +163,11 @@ class FluidGroup(Rest):
 
     def frames(self) -> list[BodyFrame]:
         found = []
-        for b, span in enumerate(self.bodies):
+        for span in self.bodies:
             data = self.body.frame(span)
             points = data.pop("points")
             data["reference"] = self.body.points[span.first : span.first + span.n]
-            data["diameter"] = np.full(span.n, self.body.constants[b, columns.OWN])
+            data["diameter"] = self.body.p.own[span.first : span.first + span.n]
             data["outside"] = np.zeros(span.n, np.uint8)  # a gauge of leaks knows better
             found.append(BodyFrame(span.name, points, NO_CELLS, data, {}, kind="fluid"))
         return found

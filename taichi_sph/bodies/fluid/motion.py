@@ -23,6 +23,8 @@ def drift(p: ti.template(), walls: ti.template(), n: ti.i32, dt_before: float, d
         for k in range(walls.n):
             if walls.stands(k, p.x[i]):
                 gap = walls.height(k, p.x[i]) - 0.5 * spacing
+                if ti.static(p.sized):
+                    gap += 0.5 * spacing * (1.0 - p.size[i])
                 normal = ti.cast(walls.normal[k], float)
                 short = -ti.cast(ti.max(gap, 0.0), float) / dt - after.dot(normal)
                 if short > 0.0:

@@ -7,6 +7,9 @@ follows
 
 where b_i is the force of a uniform pressure with its sign turned (as in the transport velocity of Adami et al. 2013), and T_i and w_i are
 those of wetted.py. Near a free level b_i is never zero, so nothing moves along the axis there.
+
+Where water is finer in a part of it (Finer), two lattices meet in a plane, and b_i is not zero there either: `settle_jumps` moves those
+that have a neighbour of another size. D is then that of the particle, and the kernel that of the pair.
 """
 
 from collections.abc import Sequence
@@ -17,10 +20,13 @@ import numpy as np
 from ... import runtime
 from ...numerics.kernel import w2_slope
 from ...runtime import ti
-from .pairs import along
+from . import columns
+from .pairs import along, vector
+from .walls import NONE
 
 RATE, FARTHEST = 0.25, 0.05  # of D^2 b, of D
 ENOUGH, MOST = 4e-3, 40  # of D: the largest move of a round that is small enough; rounds at most
+FREE = 0.8  # of the sum of V r W', 1 within a fluid: with less a particle lies at a free surface
 NEAR = 1.2  # |w| over 1 / 2h where a particle is 0.4 D off an even wall
 
 
@@ -37,7 +43,7 @@ def even_out(body: Any, axes: Sequence[str], levels: Sequence[float | None]) -> 
         pairs.pack(0.0)
         body.surroundings.see(True, 0.0)
         farthest = _move(pairs, near.near, p.n, near.width, 0.5 / h, up, top)
-        if farthest < ENOUGH * p.spacing:
+        if farthest < ENOUGH * p.finest:
             break
     order = np.argsort(runtime.get(p.id, p.n))
     return runtime.get(p.x, p.n)[order]
@@ -53,6 +59,8 @@ def _move(
         x = ti.Vector([a[0], a[1], a[2]])
         b = x * 0.0
         D = t.p.spacing
+        if ti.static(t.p.sized):
+            D *= t.p.size[i]
         for m in range(i * width, i * width + t.near.number[i]):
             j = near[m]
             y = x - ti.Vector([t.p.pair[j][0], t.p.pair[j][1], t.p.pair[j][2]])
@@ -61,7 +69,11 @@ def _move(
                 felt += 0.5 * along(t.wet.side[i], y)
             if t.p.pair[j][3] < 0.0:
                 felt += 0.5 * along(t.wet.side[j], y)
-            b += D * D * D * w2_slope(y.norm(), inverse_0) * felt
+            if ti.static(t.p.sized):
+                D_j = t.p.spacing * t.p.size[j]
+                b += D_j * D_j * D_j * w2_slope(y.norm(), inverse_0 * 2.0 * t.p.spacing / (D + D_j)) * felt
+            else:
+                b += D * D * D * w2_slope(y.norm(), inverse_0) * felt
         w = x * 0.0
         if t.wet.start[i + 1] > t.wet.start[i]:
             w = ti.Vector([t.wet.met[i][0], t.wet.met[i][1], t.wet.met[i][2]])
@@ -70,7 +82,10 @@ def _move(
         if t.p.x[i].dot(up) > tops[t.p.body[i]]:
             shift -= shift.dot(up) * up
         near_wall = ti.cast(w.norm(), ti.f64)
-        if near_wall > NEAR * inverse_0:  # no nearer to a wall
+        inverse = inverse_0
+        if ti.static(t.p.sized):
+            inverse /= t.p.size[i]
+        if near_wall > NEAR * inverse:  # no nearer to a wall
             n_wall = ti.cast(w, ti.f64) / near_wall
             shift -= ti.min(shift.dot(n_wall), 0.0) * n_wall
         size = shift.norm()
@@ -78,4 +93,64 @@ def _move(
             shift *= FARTHEST * D / size
         ti.atomic_max(farthest, ti.min(size, FARTHEST * D))
         t.p.x[i] += shift
+    return farthest
+
+
+def settle_jumps(body: Any) -> np.ndarray:
+    """(N, 3) places of the particles of a FluidBody beside no surface, between planes at most."""
+    p, near, pairs = body.p, body.near, body.pairs
+    for _ in range(MOST):
+        if near.moved() >= body.skin:
+            body.sort()
+        pairs.pack(0.0)
+        if _settle(pairs, near.near, p.n, near.width, body.inverse) < ENOUGH:
+            break
+    order = np.argsort(runtime.get(p.id, p.n))
+    return runtime.get(p.x, p.n)[order]
+
+
+@ti.kernel
+def _settle(t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32, inverse_0: float) -> float:
+    """The largest move, in D of its particle."""
+    farthest = ti.cast(0.0, float)
+    for i in range(n):
+        t.p.force[i] *= 0.0
+        own = t.p.size[i]
+        amid = 0  # of those that differ
+        for m in range(i * width, i * width + t.near.number[i]):
+            if ti.abs(t.p.size[near[m]] - own) > 0.01:
+                amid = 1
+        if amid == 1:
+            D = t.p.spacing * own
+            x = ti.Vector([t.p.pair[i][0], t.p.pair[i][1], t.p.pair[i][2]])
+            b, whole = x * 0.0, D * 0.0
+            found, count = ti.Vector(NONE), 0
+            if ti.static(t.walls.n > 0):
+                found, count = t.walls.near(t.p.x[i], 1.0 / inverse_0, t.p.finest)
+            for image in range(1 << count):
+                seen = x
+                if ti.static(t.walls.n > 0):
+                    if not t.walls.shows(found, image, t.p.x[i], 1.0 / inverse_0):
+                        continue
+                    seen = t.walls.mirrored(found, image, x, vector(t.p.constants[0], columns.ORIGIN))
+                one = x * 0.0
+                for m in range(i * width, i * width + t.near.number[i]):
+                    j = near[m]
+                    y = seen - ti.Vector([t.p.pair[j][0], t.p.pair[j][1], t.p.pair[j][2]])
+                    D_j = t.p.spacing * t.p.size[j]
+                    part = D_j * D_j * D_j * w2_slope(y.norm(), inverse_0 * 2.0 * t.p.spacing / (D + D_j)) * y
+                    one += part
+                    whole -= part.dot(y) / 3.0
+                if ti.static(t.walls.n > 0):
+                    one = t.walls.turned(found, image, one)
+                b += one
+            if whole > FREE:
+                shift = -RATE * D * D * b
+                size = shift.norm()
+                if size > FARTHEST * D:
+                    shift *= FARTHEST * D / size
+                t.p.force[i] = shift
+                ti.atomic_max(farthest, ti.min(size / D, FARTHEST))
+    for i in range(n):
+        t.p.x[i] += ti.cast(t.p.force[i], ti.f64)
     return farthest

@@ -110,7 +110,10 @@ def _pack(t: ti.template(), n: ti.i32, dt: float, alone: RECORD):
         for c in ti.static(range(3)):
             t.p.pair[i][c] = ti.cast(x[c], float)
             t.p.pair[i][4 + c] = v[c]
-        t.p.pair[i][3] = ti.cast(k[columns.OWN], float) * size
+        own = ti.cast(k[columns.OWN], float)
+        if ti.static(t.p.sized):
+            own *= t.p.size[i]
+        t.p.pair[i][3] = own * size
         t.p.pair[i][7] = t.pressure(
             ti.cast(k[columns.STIFFNESS], float), ti.cast(k[columns.GAMMA], float), ti.cast(k[columns.LEAST], float), s
         )
@@ -148,12 +151,20 @@ def _pair(t: ti.template(), a, b, x, v, c, linear, quadratic):
     square = x[0] * x[0] + x[1] * x[1] + x[2] * x[2]
     # 1 / (2 h_ij) by its series about D_0: no division, and right to 1e-6 for 6 % of compression
     e = 1.0 - (D + D_j) * c[HALF]
-    inverse = c[OF_KERNEL] * (1.0 + e * (1.0 + e * (1.0 + e)))
+    inverse, eps2, diffused = c[OF_KERNEL] * (1.0 + e * (1.0 + e * (1.0 + e))), c[OF_MU], 1.0
+    if ti.static(t.p.sized):  # D may be half of D_0 or less; what goes with h of the pair is symmetric
+        q = (D + D_j) * c[HALF]
+        inverse, eps2, diffused = c[OF_KERNEL] / q, c[OF_MU] * q * q, q
+        if ti.static(not t.riemann):
+            linear, quadratic = linear * q, quadratic * q * q
     G = w2_slope(ti.sqrt(square), inverse) * (D_j * D_j * D_j)
     along = v[0] * x[0] + v[1] * x[1] + v[2] * x[2]
-    viscous = t.viscous(along, square, c[OF_MU], linear, quadratic)
+    viscous = t.viscous(along, square, eps2, linear, quadratic)
     f = -G * (p + p_j + viscous)
-    return f * x[0], f * x[1], f * x[2], -G * along, -G * (p_j - p + c[0] * x[0] + c[1] * x[1] + c[2] * x[2]), G * along * viscous, G
+    spread = -G * (p_j - p + c[0] * x[0] + c[1] * x[1] + c[2] * x[2])
+    if ti.static(t.p.sized):
+        spread *= diffused
+    return f * x[0], f * x[1], f * x[2], -G * along, spread, G * along * viscous, G
 
 
 @ti.func
@@ -177,7 +188,7 @@ def _neighbours(t: ti.template(), near: ti.template(), i, first, a, own, c, foun
             for k in ti.static(range(MOST)):
                 if (image >> k) & 1:
                     if t.walls.radius[found[k]] > 0.0:  # i as j, so that forces and rates stay each other's transpose
-                        shares = t.walls.share(found[k], t.p.x[i], RIM * t.p.spacing) * t.walls.share(found[k], t.p.x[j], RIM * t.p.spacing)
+                        shares = t.walls.share(found[k], t.p.x[i], RIM * t.p.finest) * t.walls.share(found[k], t.p.x[j], RIM * t.p.finest)
                         whole *= ti.cast(shares, float)
         n, size = here, D * 0.0
         if ti.static(sided):
@@ -233,7 +244,10 @@ def _act(t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32, dt_bef
                 own = t.wet.side[i]
         found, count = ti.Vector(NONE), 0
         if ti.static(t.walls.n > 0):
-            found, count = t.walls.near(t.p.x[i], 1.0 / inverse_0, RIM * spacing)
+            rim = RIM * spacing
+            if ti.static(t.p.sized):
+                rim = RIM * t.p.finest
+            found, count = t.walls.near(t.p.x[i], 1.0 / inverse_0, rim)
         f, div, spread, power = x * 0.0, D * 0.0, D * 0.0, D * 0.0
         # what the images of its neighbours in walls do to i is what they themselves do to its image: image 0 is i itself
         for image in range(1 << count):
@@ -271,6 +285,9 @@ def _act(t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32, dt_bef
                 w, approach = ti.Vector([t.wet.met[i][0], t.wet.met[i][1], t.wet.met[i][2]]), t.wet.met[i][3]
             closing = 2.0 * ti.min(approach, 0.0) / ti.max(w.norm(), 1e-30)  # -u against its image at D/2 behind the surface
             viscous = D * 0.0
+            if ti.static(t.p.sized and not t.riemann):
+                q = D / spacing
+                linear, quadratic = linear * q, quadratic * q * q
             if ti.static(t.riemann):
                 viscous = -closing * ti.min(linear, -quadratic * closing)
             else:

@@ -14,12 +14,18 @@ NARROWEST, WIDEST = 0.90, 1.03
 
 
 class FluidParticles(Pool):
-    """n particles of one or several fluids. `of` (N,): number of each particle's fluid in the group, by number at the start."""
+    """n particles of one or several fluids. `of` (N,): number of each particle's fluid in the group, `parts` (N,): into how many along
+    each axis the particle was split that it comes from, both by number at the start. `sized`: some were split; `finest` [m]: the least
+    D_0."""
 
-    def __init__(self, name: str, x: np.ndarray, of: np.ndarray, masses: np.ndarray, spacing: float, constants: np.ndarray):
-        """x (N, 3) [m]; masses (B,) of one particle of each fluid [kg]; spacing D_0 [m]; constants (B, columns.COUNT)."""
+    def __init__(
+        self, name: str, x: np.ndarray, of: np.ndarray, masses: np.ndarray, spacing: float, constants: np.ndarray, parts: np.ndarray
+    ):
+        """x (N, 3) [m]; masses (B,) [kg] of one whole particle of each fluid; spacing D_0 [m] of whole ones; constants
+        (B, columns.COUNT)."""
         super().__init__(name)
-        self.n, self.spacing, self.of, self.masses = len(x), spacing, of.astype(np.int32), masses
+        self.n, self.spacing, self.of, self.masses, self.parts = len(x), spacing, of.astype(np.int32), masses, parts
+        self.sized, self.finest = bool((parts > 1).any()), spacing / int(parts.max())
         n, new = self.n, self._new
         # what goes along when a particle changes its place: fields, their components (0: a scalar) and first columns in scratch
         self.moving: list[Any] = []
@@ -31,6 +37,8 @@ class FluidParticles(Pool):
         self.x = new("x", n, 3, "f64", unit="m", keeps=True, doc="place", moves=True)
         self.v = new("v", n, 3, unit="m/s", keeps=True, doc="velocity at the half step before", moves=True)
         self.mass = new("mass", n, unit="kg", doc="mass of the particle", moves=True)
+        if self.sized:
+            self.size = new("size", n, doc="D_0 of the particle over that of a whole one", moves=True)
         self.s = new("s", n, keeps=True, doc="rho / rho_0 - 1", moves=True)
         self.rate = new("rate", n, unit="1/s", keeps=True, doc="of s, over the step before", moves=True)
         self.rate_before = new("rate_before", n, unit="1/s", keeps=True, doc="of s, over the step before that one", moves=True)
@@ -61,19 +69,35 @@ class FluidParticles(Pool):
         return made
 
     def renew(self) -> None:
-        """Masses where the particles lie by now."""
-        runtime.put(self.mass, self.masses[runtime.get(self.body, self.n)])
+        """Masses and sizes where the particles lie by now."""
+        self._weigh(runtime.get(self.id, self.n))
+
+    def _weigh(self, numbers: np.ndarray) -> None:
+        """numbers (N,): which particle lies where."""
+        runtime.put(self.mass, self.weights[numbers])
+        if self.sized:
+            runtime.put(self.size, 1.0 / self.parts[numbers])
+
+    @property
+    def weights(self) -> np.ndarray:
+        """(N,) masses of the particles [kg], by number at the start."""
+        return self.masses[self.of] / self.parts**3
+
+    @property
+    def own(self) -> np.ndarray:
+        """(N,) D_0 of the particles [m], by number at the start."""
+        return runtime.get(self.constants, len(self.masses))[self.of, columns.OWN] / self.parts
 
     @property
     def one(self) -> float:
-        """Mass of one particle [kg], where all are of one fluid."""
+        """Mass of one particle [kg], where all are alike."""
         (mass,) = self.masses
         return float(mass)
 
     def place(self, x: np.ndarray) -> None:
         """The particles in the order of their numbers, at x (N, 3) [m]."""
         runtime.put(self.x, x)
-        runtime.put(self.mass, self.masses[self.of])
+        self._weigh(np.arange(self.n))
         runtime.put(self.id, np.arange(self.n, dtype=np.int32))
         runtime.put(self.body, self.of)
 

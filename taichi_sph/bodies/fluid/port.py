@@ -19,12 +19,12 @@ class FluidSurface(Surface):
     def __init__(self, group: Any) -> None:
         self.group, self.p = group, group.body.p
         self.bodies, self.n = group.bodies, self.p.n
-        self.length = self.p.spacing
+        self.length = self.p.finest
         self.bounce = [None] * len(self.bodies)
         said = group.contact
         radii = (PINBALL, PINBALL) if said is None else (0.5, CONTACT[said])
         body = np.repeat(np.arange(len(self.bodies)), [span.n for span in self.bodies])
-        self.balls = Balls(np.arange(self.n), body, np.tile(np.array(radii) * self.p.spacing, (self.n, 1)))
+        self.balls = Balls(np.arange(self.n), body, np.outer(self.p.spacing / self.p.parts, radii))
 
     @property
     def period(self) -> int:

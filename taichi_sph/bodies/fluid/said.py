@@ -11,6 +11,7 @@ from pydantic import Field, StrictBool, StrictInt, model_validator
 from ...errors import nearest
 from ...scene.base import Body, Choice, Direction, Frozen, Point
 from ...scene.kinds import Kind
+from ...scene.regions import Ball, Box
 from ...scene.units import Density, Dimensionless, Length, Pressure, Speed, show
 
 
@@ -100,13 +101,21 @@ class ShellFill(Frozen):
         return self
 
 
+class Finer(Frozen):
+    """Where water is finer: a particle that starts `within` a box or ball is split into eight of half the spacing. Of several in a list
+    each splits what those before it have left, so one within the other makes it finer still."""
+
+    within: Annotated[Box | Ball, *Choice]
+
+
 class Fluid(Body):
-    """A body of fluid particles. `spacing` None: that of the numerics. `support` h / D (T 1.27). `dissipation`: None, the artificial
-    viscosity with `alpha` and `beta` (T 1.24), or "riemann", for flows far slower than sound (bodies/fluid/pairs.py). `delta` the
-    diffusion of density (docs/method.md). `hydrostatic`: at rest under the gravity of the scene from the start, the highest particle
-    without pressure; with `pressure` all of it has so much more. `contact` with shells and rigid bodies: None by its pressure, with
-    pinballs behind it (couplings/wetted/wetted.py), or by pinballs alone (T 3.3), whose plastic blows take energy. `every`: steps of the
-    clock between two of the fluid. Other bodies feel its pressure as one blow for all of them (docs/method.md); None: 1."""
+    """A body of fluid particles. `spacing` None: that of the numerics. `finer`: where it is finer than that; None: nowhere. `support` h / D
+    (T 1.27). `dissipation`: None, the artificial viscosity with `alpha` and `beta` (T 1.24), or "riemann", for flows far slower than
+    sound (bodies/fluid/pairs.py). `delta` the diffusion of density (docs/method.md). `hydrostatic`: at rest under the gravity of the scene
+    from the start, the highest particle without pressure; with `pressure` all of it has so much more. `contact` with shells and rigid
+    bodies: None by its pressure, with pinballs behind it (couplings/wetted/wetted.py), or by pinballs alone (T 3.3), whose plastic blows
+    take energy. `every`: steps of the clock between two of the fluid. Other bodies feel its pressure as one blow for all of them
+    (docs/method.md); None: 1."""
 
     what: ClassVar[str] = "fluid"
     bounces: ClassVar[bool] = False
@@ -120,6 +129,7 @@ class Fluid(Body):
     contact: Literal["pinballs"] | None = None
     every: Annotated[StrictInt, Field(ge=1, le=20)] | None = None
     spacing: Annotated[Length, Field(gt=0)] | None = None
+    finer: Annotated[tuple[Finer, ...], Field(min_length=1, max_length=3)] | None = None
     support: Annotated[Dimensionless, Field(ge=1.0, le=2.0)] = 1.165
     dissipation: Literal["riemann"] | None = None
     alpha: Annotated[Dimensionless, Field(ge=0, le=3)] = 0.1

@@ -5,6 +5,7 @@ A kind of shell says what its internal forces are.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
@@ -37,6 +38,7 @@ from .build import (
     pressed_cells,
     quarters,
 )
+from .finer_surface import CellPoints
 from .metal import thicknesses
 from .parts import Part
 from .parts_shown import at_most
@@ -51,6 +53,7 @@ if TYPE_CHECKING:
     from .instead.freedom import Stiffness
 
 
+EVEN, COARSE = 2.2, 2.8  # spacings of rigid points: how far apart points of a shell are, at most, and nodes that are points themselves
 FASTEST = 0.3  # speed of a body at the start over that of sound in a shell: beyond, what it does to an elastic shell is its doing
 
 
@@ -207,11 +210,16 @@ class ShellGroup(Rest):
         return (group > 0) & whole[np.maximum(group, 1) - 1]
 
     def wettables(self, name: str, spacing: float, meets: Callable[[str], bool]) -> list[ShellPoints]:
-        """The points that water presses on: the nodes of the shells that are met, wherever they are."""
+        """The points that water presses on: the nodes of the shells that are met, wherever they are, or points within the cells where those
+        are coarser than the water. spacing [m]: that of the points of rigid surfaces."""
         if not self.nodes.bends:
             return []
         runs = [list(run) for met, run in groupby(self.shells, key=lambda body: meets(body.name)) if met]
-        return [ShellPoints(f"{name}_{k}" if k > 1 else name, self, run) for k, run in enumerate(runs, start=1)]
+        return [self._points(f"{name}_{k}" if k > 1 else name, run, spacing) for k, run in enumerate(runs, start=1)]
+
+    def _points(self, name: str, run: list[Any], spacing: float) -> ShellPoints:
+        coarse = max(body.mesh.spacing for body in run) / spacing if spacing else 0.0
+        return CellPoints(name, self, run, math.ceil(coarse / EVEN)) if coarse > COARSE else ShellPoints(name, self, run)
 
     def stored(self) -> float:
         """Elastic energy [J]: live cells and residuals."""

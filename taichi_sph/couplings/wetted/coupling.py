@@ -25,7 +25,7 @@ def couplings(scene: Any, groups: Sequence[Group], own: Sequence[Any]) -> list[W
                 return any(scene.met(one, name).meet for one in names)
 
             name = fluid.name.replace("fluid", "wet")
-            surfaces = wettables([group for group in groups if group is not fluid], name, FINE * fluid.body.p.spacing, meets)
+            surfaces = wettables([group for group in groups if group is not fluid], name, FINE * fluid.body.p.finest, meets)
             if surfaces:
                 hidden = carried(scene, groups, f"{name}.carried", names)
                 found.append(WettedCoupling(fluid, Wetted(name, surfaces, fluid.body, hidden)))

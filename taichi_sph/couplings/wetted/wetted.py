@@ -85,9 +85,11 @@ class Wetted(Pool):
         self.built = new("built", n, 3, "f64", unit="m", keeps=True, doc="places of the points when the lists were made")
         self.built_particles = new("built_particles", particles, 3, "f64", unit="m", keeps=True, doc="places of the particles then")
         self.start_back = new("start_back", n + 1, dtype="i32", doc="the particles of point k are particle[start_back[k]] on")
-        self.skin = SKIN * self.p.spacing
+        self.skin = SKIN * self.p.finest
         # 1.03: a particle's own support grows with its D (bodies.fluid.pool.WIDEST)
-        self.reach = 1.03 * 2.0 * fluid.support * self.p.spacing + max(halves, default=0.0) + self.skin
+        self.shortest = max(halves, default=0.0) + self.skin
+        self.reach = 1.03 * 2.0 * fluid.support * self.p.spacing + self.shortest
+        self.fine = self.p.spacing / self.p.finest
         self._lay(0.0)
         self.grid = CellGrid(f"{name}.grid", self.built, n, self.reach)
         self.room = 0
@@ -198,7 +200,7 @@ class Wetted(Pool):
         """The walls that show particle i images of the surfaces, and how many they are."""
         found, count = ti.Vector(NONE), 0
         if ti.static(self.walls.n > 0):
-            found, count = self.walls.near(self.p.x[i], 1.0 / inverse, RIM * spacing)
+            found, count = self.walls.near(self.p.x[i], 1.0 / inverse, RIM * spacing / self.fine)
         return found, count
 
     @ti.func
@@ -216,7 +218,7 @@ class Wetted(Pool):
         if ti.static(self.walls.n > 0):
             for c in ti.static(range(MOST)):
                 if (image >> c) & 1:
-                    result *= self.walls.share(found[c], self.p.x[i], RIM * spacing)
+                    result *= self.walls.share(found[c], self.p.x[i], RIM * spacing / self.fine)
         return ti.cast(result, float)
 
     @ti.func
@@ -262,14 +264,16 @@ def _keep(t: ti.template(), n: ti.i32, points: ti.i32):
 def _pair(t: ti.template(), point: ti.template(), n: ti.i32, inverse: ti.f64, table: ti.i32, write: ti.i32):
     for i in range(n):
         x = t.built_particles[i]
-        found = 0
+        found, nearer = 0, inverse
+        if ti.static(t.p.sized):  # finer particles reach less far
+            nearer = 1.0 / (t.shortest + (t.reach - t.shortest) * ti.cast(t.p.size[i], ti.f64))
         if write == 0 or t.s.start[i + 1] > t.s.start[i]:
             for c in range(CUBES):
                 there, first, last = beside(t.grid, x, c, inverse, table)
                 for m in range(first, last):
                     k = t.grid.sorted[m]
                     away = t.built[k] - x
-                    if away.norm_sqr() * inverse * inverse < 1.0 and all(cube(t.built[k], inverse) == there):
+                    if away.norm_sqr() * nearer * nearer < 1.0 and all(cube(t.built[k], inverse) == there):
                         if write == 1:
                             point[t.s.start[i] + found] = k
                         found += 1
