@@ -97,60 +97,66 @@ def _move(
 
 
 def settle_jumps(body: Any) -> np.ndarray:
-    """(N, 3) places of the particles of a FluidBody beside no surface, between planes at most."""
+    """(N, 3) places of the particles of a FluidBody beside no surface, between planes at most. What a free surface is in reach of stays."""
     p, near, pairs = body.p, body.near, body.pairs
+    whole = runtime.new("packing.whole", p.n)
     for _ in range(MOST):
         if near.moved() >= body.skin:
             body.sort()
         pairs.pack(0.0)
-        if _settle(pairs, near.near, p.n, near.width, body.inverse) < ENOUGH:
+        _uneven(pairs, near.near, whole, p.n, near.width, body.inverse)
+        if _settle(pairs, near.near, whole, p.n, near.width) < ENOUGH:
             break
     order = np.argsort(runtime.get(p.id, p.n))
     return runtime.get(p.x, p.n)[order]
 
 
 @ti.kernel
-def _settle(t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32, inverse_0: float) -> float:
+def _uneven(t: ti.template(), near: ti.template(), whole: ti.template(), n: ti.i32, width: ti.i32, inverse_0: float):
+    """b of each particle, in `force`, and the sum of V r W', in `whole`: 1 within a fluid."""
+    for i in range(n):
+        D = t.p.spacing * t.p.size[i]
+        x = ti.Vector([t.p.pair[i][0], t.p.pair[i][1], t.p.pair[i][2]])
+        b, sum_ = x * 0.0, D * 0.0
+        found, count = ti.Vector(NONE), 0
+        if ti.static(t.walls.n > 0):
+            found, count = t.walls.near(t.p.x[i], 1.0 / inverse_0, t.p.finest)
+        for image in range(1 << count):
+            seen = x
+            if ti.static(t.walls.n > 0):
+                if not t.walls.shows(found, image, t.p.x[i], 1.0 / inverse_0):
+                    continue
+                seen = t.walls.mirrored(found, image, x, vector(t.p.constants[0], columns.ORIGIN))
+            one = x * 0.0
+            for m in range(i * width, i * width + t.near.number[i]):
+                j = near[m]
+                y = seen - ti.Vector([t.p.pair[j][0], t.p.pair[j][1], t.p.pair[j][2]])
+                D_j = t.p.spacing * t.p.size[j]
+                part = D_j * D_j * D_j * w2_slope(y.norm(), inverse_0 * 2.0 * t.p.spacing / (D + D_j)) * y
+                one += part
+                sum_ -= part.dot(y) / 3.0
+            if ti.static(t.walls.n > 0):
+                one = t.walls.turned(found, image, one)
+            b += one
+        t.p.force[i], whole[i] = b, sum_
+
+
+@ti.kernel
+def _settle(t: ti.template(), near: ti.template(), whole: ti.template(), n: ti.i32, width: ti.i32) -> float:
     """The largest move, in D of its particle."""
     farthest = ti.cast(0.0, float)
     for i in range(n):
-        t.p.force[i] *= 0.0
-        own = t.p.size[i]
-        amid = 0  # of those that differ
+        amid, least = 0, whole[i]  # 1: amid particles that differ in size
         for m in range(i * width, i * width + t.near.number[i]):
-            if ti.abs(t.p.size[near[m]] - own) > 0.01:
-                amid = 1
-        if amid == 1:
-            D = t.p.spacing * own
-            x = ti.Vector([t.p.pair[i][0], t.p.pair[i][1], t.p.pair[i][2]])
-            b, whole = x * 0.0, D * 0.0
-            found, count = ti.Vector(NONE), 0
-            if ti.static(t.walls.n > 0):
-                found, count = t.walls.near(t.p.x[i], 1.0 / inverse_0, t.p.finest)
-            for image in range(1 << count):
-                seen = x
-                if ti.static(t.walls.n > 0):
-                    if not t.walls.shows(found, image, t.p.x[i], 1.0 / inverse_0):
-                        continue
-                    seen = t.walls.mirrored(found, image, x, vector(t.p.constants[0], columns.ORIGIN))
-                one = x * 0.0
-                for m in range(i * width, i * width + t.near.number[i]):
-                    j = near[m]
-                    y = seen - ti.Vector([t.p.pair[j][0], t.p.pair[j][1], t.p.pair[j][2]])
-                    D_j = t.p.spacing * t.p.size[j]
-                    part = D_j * D_j * D_j * w2_slope(y.norm(), inverse_0 * 2.0 * t.p.spacing / (D + D_j)) * y
-                    one += part
-                    whole -= part.dot(y) / 3.0
-                if ti.static(t.walls.n > 0):
-                    one = t.walls.turned(found, image, one)
-                b += one
-            if whole > FREE:
-                shift = -RATE * D * D * b
-                size = shift.norm()
-                if size > FARTHEST * D:
-                    shift *= FARTHEST * D / size
-                t.p.force[i] = shift
-                ti.atomic_max(farthest, ti.min(size / D, FARTHEST))
-    for i in range(n):
-        t.p.x[i] += ti.cast(t.p.force[i], ti.f64)
+            j = near[m]
+            amid = ti.max(amid, ti.select(ti.abs(t.p.size[j] - t.p.size[i]) > 0.01, 1, 0))
+            least = ti.min(least, whole[j])
+        if amid == 1 and least > FREE:
+            D = t.p.spacing * t.p.size[i]
+            shift = -RATE * D * D * t.p.force[i]
+            size = shift.norm()
+            if size > FARTHEST * D:
+                shift *= FARTHEST * D / size
+            ti.atomic_max(farthest, ti.min(size / D, FARTHEST))
+            t.p.x[i] += ti.cast(shift, ti.f64)
     return farthest

@@ -22,7 +22,7 @@ class FluidSurface(Surface):
         self.length = self.p.finest
         self.bounce = [None] * len(self.bodies)
         said = group.contact
-        radii = (PINBALL, PINBALL) if said is None else (0.5, CONTACT[said])
+        self.radii = radii = (PINBALL, PINBALL) if said is None else (0.5, CONTACT[said])
         body = np.repeat(np.arange(len(self.bodies)), [span.n for span in self.bodies])
         self.balls = Balls(np.arange(self.n), body, np.outer(self.p.spacing / self.p.parts, radii))
 
@@ -39,6 +39,8 @@ class FluidSurface(Surface):
 
     def look(self, port: Any, places: bool) -> None:
         _look(port, self.p, self.n, len(self.bodies), self.first, int(places))
+        if places and self.p.sized:
+            _resize(port, self.p, self.n, self.first, self.p.spacing * self.radii[0], self.p.spacing * self.radii[1])
 
     def offer(self, port: Any, first: int, last: int, now: Now) -> None:
         times = self.period if now.due(self.group) else 0
@@ -62,6 +64,14 @@ def _look(port: ti.template(), p: ti.template(), n: ti.i32, bodies: ti.i32, firs
             ti.atomic_max(port.speed[b], speed)
         if places == 1:
             port.ball_x[first[BALL] + j] = ti.cast(p.x[j], ti.f64)
+
+
+@ti.kernel
+def _resize(port: ti.template(), p: ti.template(), n: ti.i32, first: FIRST, plain: ti.f64, sound: ti.f64):
+    """A place in the pool is not always of the same particle."""
+    for j in range(n):
+        size = ti.cast(p.size[j], ti.f64)
+        port.ball_radius[first[BALL] + j] = ti.Vector([plain * size, sound * size])
 
 
 @ti.kernel
