@@ -26,15 +26,17 @@ class CellGrid:
         self.table = 1 << max(4, (2 * n - 1).bit_length())
         self.start = runtime.new(f"{name}.start", self.table + 1, dtype="i32")
         self.sorted = runtime.new(f"{name}.sorted", n, dtype="i32")
+        self.around = runtime.new(f"{name}.around", self.table, dtype="i32")
         self.rebuild()
 
     def rebuild(self) -> None:
         """Sort the points anew (they may have moved)."""
         if runtime.one_by_one():
             _sort(self, self.n, self.table, 1.0 / self.reach)
-            return
-        _buckets(self, self.n, self.table, 1.0 / self.reach)
-        group(self.sorted, self.start, self.sorted, self.n, self.table)
+        else:
+            _buckets(self, self.n, self.table, 1.0 / self.reach)
+            group(self.sorted, self.start, self.sorted, self.n, self.table)
+        _mark(self, self.n, self.table, 1.0 / self.reach)
 
 
 @ti.func
@@ -58,6 +60,27 @@ def beside(grid: ti.template(), x, k, inverse_reach, table):
     there = cube(x, inverse_reach) + ti.Vector([k // 9 - 1, k // 3 % 3 - 1, k % 3 - 1])
     place = bucket(there, table)
     return there, grid.start[place], grid.start[place + 1]
+
+
+@ti.func
+def alone(grid: ti.template(), x, inverse_reach, table):
+    """Whether none of the CUBES around the point x holds a point: most queries end here."""
+    return grid.around[bucket(cube(x, inverse_reach), table)] == 0
+
+
+@ti.kernel
+def _mark(grid: ti.template(), n: ti.i32, table: ti.i32, inverse_reach: ti.f64):
+    """around: 1 where a cube of the bucket is one of the CUBES around a point. Many points write the same 1."""
+    for c in range(table):
+        grid.around[c] = 0
+    for m in range(n):
+        middle = cube(grid.points[grid.sorted[m]], inverse_reach)
+        fresh = 1  # most share their cube with the one before
+        if m > 0:
+            fresh = ti.select(all(cube(grid.points[grid.sorted[m - 1]], inverse_reach) == middle), 0, 1)
+        if fresh == 1:
+            for k in range(CUBES):
+                grid.around[bucket(middle + ti.Vector([k // 9 - 1, k // 3 % 3 - 1, k % 3 - 1]), table)] = 1
 
 
 @ti.kernel

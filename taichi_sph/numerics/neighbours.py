@@ -4,8 +4,8 @@ Space is cut into cells of half the reach; a cell's number counts first along x,
 look at lie side by side in memory, row by row. Numbers wrap round (a torus of N_x N_y N_z cells): points may go
 anywhere, memory stays, and two places that share a cell are told apart by the distance, which is asked anyway.
 
-Points may differ in `size`: 1 of those with the whole support, less of others. Two points then are neighbours within the mean of their
-supports, and cells are half the least reach.
+Points may differ in `size`: 1 of those with the whole support, 1/2, 1/4 of others. Two points then are neighbours within the mean of their
+supports. Each size has cells of its own, of half its own reach, and stands together in memory: so no point is asked that cannot be near.
 
 A list holds every point nearer than `reach` = support + skin when it was built; it stays complete until two points
 can have moved by `skin` relative to each other. Testing candidates costs as much as the forces, so lists pay (docs/method.md).
@@ -26,10 +26,11 @@ BLOCK = 4096
 
 
 class Sizes(NamedTuple):
-    """size (N,): field of the points' supports over the whole one; least: of them; skin [m] of the lists, which is in the reach."""
+    """size (N,): field of the points' supports over the whole one; all: the values that it takes; skin [m] of the lists, which is in the
+    reach."""
 
     size: Any
-    least: float
+    all: tuple[float, ...]
     skin: float
 
 
@@ -45,17 +46,13 @@ class Neighbours(Pool):
         super().__init__(name)
         self.x, self.n = x, n
         self.reach, self.sizes = reach, sizes
-        self.inverse, wide = 2.0 / reach, WIDE  # of the side of a cell
-        if sizes is not None:
-            self.size = sizes.size
-            self.inverse = 2.0 / (sizes.skin + (reach - sizes.skin) * sizes.least)
-            wide = 2 * math.ceil(reach * self.inverse) + 1
-        sides = np.ceil((box[1] - box[0]) * self.inverse).astype(int) + wide + 1
-        while sides.prod() > max(4 * n, 1000) and sides.max() > wide + 1:
-            sides[sides.argmax()] = max(wide + 1, sides.max() // 2)
-        self.sides = self.field("sides", 3, dtype="i32", doc="cells along each axis")
-        runtime.put(self.sides, sides.astype(np.int32))
-        self.cells = int(sides.prod())
+        if sizes is None:
+            self.inverse, sides = 2.0 / reach, self._sides(box, 2.0 / reach, WIDE)
+            self.cells = int(sides.prod())
+            self.sides = self.field("sides", 3, dtype="i32", doc="cells along each axis")
+            runtime.put(self.sides, sides.astype(np.int32))
+        else:
+            self._level(sizes, box)
         self.start = self.field("start", self.cells + 2, dtype="i32", doc="first point of each cell")
         self.source = self.field("source", n, dtype="i32", doc="where each point stood before the sort")
         self.number = self.field("number", n, dtype="i32", doc="of neighbours, the point itself included")
@@ -64,12 +61,37 @@ class Neighbours(Pool):
         self.extreme = self.field("extreme", self.blocks, 6, "f64", unit="m", doc="of the displacements since then, by block")
         self._widen(4.19 * (reach / spacing) ** 3)
 
+    def _sides(self, box: np.ndarray, inverse: float, wide: int) -> np.ndarray:
+        """(3,) cells along each axis, of side 1 / inverse [m]; wide: so many are seen from a point."""
+        sides = np.ceil((box[1] - box[0]) * inverse).astype(int) + wide + 1
+        while sides.prod() > max(4 * self.n, 1000) and sides.max() > wide + 1:
+            sides[sides.argmax()] = max(wide + 1, sides.max() // 2)
+        return sides
+
+    def _level(self, sizes: Sizes, box: np.ndarray) -> None:
+        """Cells of each size, the sizes one after the other."""
+        self.size, self.levels, support = sizes.size, len(sizes.all), self.reach - sizes.skin
+        inverse = np.array([2.0 / (sizes.skin + support * size) for size in sizes.all])
+        farthest = [math.ceil((sizes.skin + 0.5 * support * (1.0 + size)) * one) for size, one in zip(sizes.all, inverse)]
+        sides = np.array([self._sides(box, float(one), 2 * far + 1) for one, far in zip(inverse, farthest)])
+        first = np.cumsum([0, *sides.prod(axis=1)])
+        self.cells = int(first[-1])
+        self.all = self.field("all", self.levels, dtype="f64", doc="the sizes")
+        self.per = self.field("per", self.levels, dtype="f64", unit="1/m", doc="cells of each size per length")
+        self.side = self.field("side", self.levels, 3, "i32", doc="cells of each size along each axis")
+        self.first = self.field("first", self.levels, dtype="i32", doc="cell of each size")
+        for field, values in ((self.all, np.array(sizes.all)), (self.per, inverse), (self.side, sides), (self.first, first[:-1])):
+            runtime.put(field, values.astype(np.int32) if field in (self.side, self.first) else values)
+
     def order(self) -> None:
         """`source`: the points' numbers sorted by cell, the order within a cell kept. The owner then moves them."""
-        if runtime.one_by_one():
+        if self.sizes is not None:
+            _cells_sized(self, self.n)
+        elif runtime.one_by_one():
             _sort(self, self.n, self.cells, self.inverse)
             return
-        _cells(self, self.n, self.inverse)
+        else:
+            _cells(self, self.n, self.inverse)
         group(self.number, self.start, self.source, self.n, self.cells)
 
     def list(self) -> None:
@@ -84,7 +106,7 @@ class Neighbours(Pool):
         if self.sizes is None:
             _build(self, self.near, self.n, self.inverse, self.reach, self.width)
         else:
-            _build_sized(self, self.near, self.n, self.inverse, self.reach - self.sizes.skin, self.sizes.skin, self.width)
+            _build_sized(self, self.near, self.n, self.reach - self.sizes.skin, self.sizes.skin, self.width)
 
     def renew(self) -> None:
         """The lists again, from the places that they were built from; the points stand in that order already."""
@@ -182,32 +204,51 @@ def _build(nb: ti.template(), near: ti.template(), n: ti.i32, inverse: ti.f64, r
         nb.number[i] = k
 
 
+@ti.func
+def _wrapped(k, side):
+    """Cell number k in 0 ... side - 1."""
+    return k - side * ti.cast(ti.floor(ti.cast(k, ti.f64) / side), ti.i32)
+
+
 @ti.kernel
-def _build_sized(nb: ti.template(), near: ti.template(), n: ti.i32, inverse: ti.f64, support: ti.f64, skin: ti.f64, width: ti.i32):
-    """As `_build`, of points that differ in size: as far as a whole one is seen from each."""
+def _cells_sized(nb: ti.template(), n: ti.i32):
+    for i in range(n):
+        level = 0
+        for l in range(nb.levels):
+            if ti.cast(nb.size[i], ti.f64) < nb.all[l] + 1e-3:
+                level = l
+        c = ti.cast(ti.floor(nb.x[i] * nb.per[level]), ti.i32)
+        side = nb.side[level]
+        nb.number[i] = nb.first[level] + (_wrapped(c[2], side[2]) * side[1] + _wrapped(c[1], side[1])) * side[0] + _wrapped(c[0], side[0])
+
+
+@ti.kernel
+def _build_sized(nb: ti.template(), near: ti.template(), n: ti.i32, support: ti.f64, skin: ti.f64, width: ti.i32):
+    """As `_build`, for each size in its own cells."""
     for i in range(n):
         x, size = nb.x[i], ti.cast(nb.size[i], ti.f64)
         nb.built[i] = x
-        home = nb.cell(x, inverse)
-        far = ti.cast(ti.ceil((skin + 0.5 * support * (size + 1.0)) * inverse), ti.i32)
-        a, b, c = nb.wrap(home[0], 0), nb.wrap(home[1], 1), nb.wrap(home[2], 2)
-        first, last = _turned(a - far, nb.sides[0]), _turned(a + far, nb.sides[0])
         k = 0
-        for dc in range(-far, far + 1):
-            layer = _turned(c + dc, nb.sides[2]) * nb.sides[1]
-            for db in range(-far, far + 1):
-                row = (layer + _turned(b + db, nb.sides[1])) * nb.sides[0]
-                start, stop = nb.start[row + first], nb.start[row + last + 1]
-                pieces = 1
-                if first > last:  # the row wraps round: its other piece first
-                    pieces, start = 2, nb.start[row]
-                for piece in range(pieces):
-                    if piece == 1:
-                        start, stop = nb.start[row + first], nb.start[row + nb.sides[0]]
+        for level in range(nb.levels):
+            side, base = nb.side[level], nb.first[level]
+            home = ti.cast(ti.floor(x * nb.per[level]), ti.i32)
+            reach = skin + 0.5 * support * (size + nb.all[level])
+            far, square = ti.cast(ti.ceil(reach * nb.per[level]), ti.i32), reach * reach
+            a, b, c = _wrapped(home[0], side[0]), _wrapped(home[1], side[1]), _wrapped(home[2], side[2])
+            begin, end = _turned(a - far, side[0]), _turned(a + far, side[0])
+            for dc in range(-far, far + 1):
+                layer = _turned(c + dc, side[2]) * side[1]
+                for db in range(-far, far + 1):
+                    row = base + (layer + _turned(b + db, side[1])) * side[0]
+                    start, stop = nb.start[row + begin], nb.start[row + end + 1]
+                    if begin > end:  # the row wraps round: its other piece
+                        for j in range(nb.start[row], stop):
+                            near[i * width + ti.min(k, width - 1)] = j
+                            k += ti.select((nb.x[j] - x).norm_sqr() < square, 1, 0)
+                        stop = nb.start[row + side[0]]
                     for j in range(start, stop):
                         near[i * width + ti.min(k, width - 1)] = j
-                        reach = skin + 0.5 * support * (size + ti.cast(nb.size[j], ti.f64))
-                        k += ti.select((nb.x[j] - x).norm_sqr() < reach * reach, 1, 0)
+                        k += ti.select((nb.x[j] - x).norm_sqr() < square, 1, 0)
         nb.number[i] = k
 
 

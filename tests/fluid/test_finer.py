@@ -67,8 +67,9 @@ def test_lists_of_points_that_differ_in_size(far):
     size = rng.choice([0.25, 0.5, 1.0], n)
     points, sizes = runtime.new("x", n, 3, "f64"), runtime.new("size", n, dtype="f64")
     runtime.put(points, x)
+    runtime.put(sizes, size)
     near = Neighbours(
-        "cloud", points, n, support + skin, 0.05, np.array([x[:17].min(axis=0), x[:17].max(axis=0)]), Sizes(sizes, 0.25, skin)
+        "cloud", points, n, support + skin, 0.05, np.array([x[:17].min(axis=0), x[:17].max(axis=0)]), Sizes(sizes, (1.0, 0.5, 0.25), skin)
     )
     near.order()
     source = runtime.get(near.source, n)

@@ -37,6 +37,7 @@ from .walls import Walls
 LIMIT = 0.515  # h / c: the step that is stable with alpha up to 1.5 (docs/method.md)
 ALONG = 1.22  # 1 / gamma of a layer at D/2 (couplings/wetted/wetted.py): so much faster it swings along the wall
 STIFF = 1.41  # (2 D w)^2 of a layer at D/4, where pinballs stop it (couplings/wetted/wetted.py)
+FAST = 0.4  # spacings of finer water: its list's skin, for that is where it moves fast
 LIMITER = 3.0  # of Zhang, Hu and Adams 2017
 SWING = 0.64  # omega dt, some room below 0.70
 ANY = -1e301  # Pa, the least pressure of a fluid that bears any tension
@@ -97,12 +98,12 @@ class FluidBody(Pool):
         self.sorts = 0
         of = np.repeat(np.arange(len(fluids)), np.diff(first))
         self.p = p = FluidParticles(name, points, of, masses, spacing, self.constants, parts)
-        self.skin = skin * p.finest
+        self.skin = (max(skin, FAST) if p.sized else skin) * p.finest
         # 1e-3: supports grow by that at s = -0.3 %; of water torn further apart the lists may miss pairs at the very rim,
         # where W' is below 3e-5 of its largest value, on both sides alike
         reach = 2.0 * self.support * spacing * (1.0 + 1e-3) + self.skin
         box = np.array([points.min(axis=0), points.max(axis=0)])
-        sizes = Sizes(p.size, p.finest / spacing, self.skin) if p.sized else None
+        sizes = Sizes(p.size, tuple(1.0 / np.unique(parts)), self.skin) if p.sized else None
         self.near = Neighbours(f"{name}.lists", p.x, p.n, reach, spacing, box, sizes)
         self.walls = Walls(f"{name}.walls", walls)
         self.surroundings: Surroundings | None = None

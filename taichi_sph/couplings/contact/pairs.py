@@ -37,7 +37,7 @@ import numpy as np
 
 from ... import runtime
 from ...errors import RunStopped
-from ...numerics.cells import CUBES, CellGrid, beside, cube, running
+from ...numerics.cells import CUBES, CellGrid, alone, beside, cube, running
 from ...pool import Pool
 from ...runtime import ti
 from ..ports import Port
@@ -390,7 +390,12 @@ def _near_discs(
     for j in range(n):
         found = 0
         c, one = port.ball_x[j], port.ball_body[j]
-        if write == 0 or pairs.start[j + 1] > pairs.start[j]:  # most have found nothing
+        looks = 0  # most find nothing
+        if write == 1:
+            looks = pairs.start[j + 1] - pairs.start[j]
+        elif not alone(pairs.grid, c, inverse, table):
+            looks = 1
+        if looks > 0:
             for k in range(CUBES):
                 there, first, last = beside(pairs.grid, c, k, inverse, table)
                 for m in range(first, last):

@@ -48,7 +48,7 @@ from ... import runtime
 from ...bodies.fluid.surroundings import Surroundings
 from ...bodies.fluid.walls import MOST, NONE, RIM
 from ...bodies.wettable import SurfacePoints, Wettable
-from ...numerics.cells import CUBES, CellGrid, beside, cube, group, running
+from ...numerics.cells import CUBES, CellGrid, alone, beside, cube, group, running
 from ...numerics.kernel import w2
 from ...pool import Pool
 from ...runtime import ti
@@ -267,7 +267,12 @@ def _pair(t: ti.template(), point: ti.template(), n: ti.i32, inverse: ti.f64, ta
         found, nearer = 0, inverse
         if ti.static(t.p.sized):  # finer particles reach less far
             nearer = 1.0 / (t.shortest + (t.reach - t.shortest) * ti.cast(t.p.size[i], ti.f64))
-        if write == 0 or t.s.start[i + 1] > t.s.start[i]:
+        looks = 0
+        if write == 1:
+            looks = t.s.start[i + 1] - t.s.start[i]
+        elif not alone(t.grid, x, inverse, table):
+            looks = 1
+        if looks > 0:
             for c in range(CUBES):
                 there, first, last = beside(t.grid, x, c, inverse, table)
                 for m in range(first, last):
