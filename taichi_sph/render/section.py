@@ -43,8 +43,7 @@ def field_on(body: BodyFrame, place: np.ndarray, normal: np.ndarray) -> BodyFram
     """The pressure [Pa], density [kg/m3] and speed [m/s] of a fluid on the plane through `place` (3,) with the unit `normal` (3,): a frame
     of square cells, at whose centres the particles around are weighed by (1 - q)^4 (1 + 4 q), q = distance / (REACH diameters)."""
     away = (body.points - place) @ normal
-    d = float(np.median(body.point_data["diameter"])) if len(body.points) else 1.0
-    near = chosen(body, np.abs(away) < REACH * d)
+    near = chosen(body, np.abs(away) < REACH * body.point_data["diameter"])
     up = UPRIGHT if abs(normal @ UPRIGHT) < 0.9 else np.array([0.0, 1.0, 0.0])
     up = up - (up @ normal) * normal
     up /= np.linalg.norm(up)
@@ -52,13 +51,15 @@ def field_on(body: BodyFrame, place: np.ndarray, normal: np.ndarray) -> BodyFram
     flat = (near.points - place) @ axes.T
     if not len(flat):
         return _of_cells(body, np.zeros((0, 3)), np.zeros((0, 4), np.int32), {})
-    low, high = flat.min(axis=0) - d, flat.max(axis=0) + d
+    across = near.point_data["diameter"].astype(float)
+    d, widest = float(across.min()), float(across.max())
+    low, high = flat.min(axis=0) - widest, flat.max(axis=0) + widest
     side = max(FINE * d, float((high - low).max()) / MOST)
     n = np.ceil((high - low) / side).astype(int)
     x, y = np.meshgrid(*(low[k] + side * (np.arange(n[k]) + 0.5) for k in range(2)), indexing="ij")
     centres = np.column_stack([x.ravel(), y.ravel()])
-    pairs = cKDTree(place + centres @ axes).sparse_distance_matrix(cKDTree(near.points), REACH * d, output_type="ndarray")
-    q = pairs["v"] / (REACH * d)
+    pairs = cKDTree(place + centres @ axes).sparse_distance_matrix(cKDTree(near.points), REACH * widest, output_type="ndarray")
+    q = np.minimum(pairs["v"] / (REACH * across[pairs["j"]]), 1.0)
     weight = (1.0 - q) ** 4 * (1.0 + 4.0 * q)
     total = np.bincount(pairs["i"], weight, minlength=len(centres))
     full = np.percentile(total[total > 0], 75)  # in the middle of the fluid

@@ -128,9 +128,12 @@ def image(
         elif body.form == "particles":
             if wet is None:
                 continue
-            across = float(np.median(body.point_data["diameter"])) * scale
-            values = point_values(body, wet.field)
-            _balls(plotter, points, across, scalars=values, cmap=wet.colours, clim=(wet.low, wet.high), ambient=0.35, diffuse=0.75)
+            values, sizes = point_values(body, wet.field), body.point_data["diameter"]
+            light = {"ambient": 0.35, "diffuse": 0.75}
+            for size in np.unique(sizes):
+                own = sizes == size
+                across = float(size) * scale
+                _balls(plotter, points[own], across, scalars=values[own], cmap=wet.colours, clim=(wet.low, wet.high), **light)
         elif body.form == "field":
             if wet is not None and len(body.cells):
                 plane = grid(body, wet, view)

@@ -78,7 +78,7 @@ def check_overlaps(scene: Scene, meshes: Mapping[str, SurfaceMesh], fillings: Ma
         return
     balls = {name: Balls(solid.places, solid.radii) for name, solid in solids.items()}
     lengths = [0.5 * ball.radii.min() for ball in balls.values()]
-    lengths += [meshes[shell.name].spacing for shell in scene.shells] + [filling.spacing for filling in fillings.values()]
+    lengths += [meshes[shell.name].spacing for shell in scene.shells] + [filling.finest for filling in fillings.values()]
     skin = 0.5 * min(lengths, default=0.0)
     shells = {shell.name: discs(shell, meshes[shell.name]) for shell in scene.shells if shell.meets}
     thin = {f.name: f.contact is None for f in scene.fluids}
@@ -87,7 +87,7 @@ def check_overlaps(scene: Scene, meshes: Mapping[str, SurfaceMesh], fillings: Ma
         """A fluid's particles, against sound discs, or against lips and pinballs."""
         filling = fillings[name]
         share = PINBALL if thin[name] else CONTACT["pinballs"] if sound else CONTACT[None]
-        return Balls(filling.points, np.full(len(filling.points), share * filling.spacing))
+        return Balls(filling.points, share * filling.spacing / filling.parts)
 
     boxes = {name: _box(ball.centres, ball.radii.max()) for name, ball in balls.items()}
     boxes |= {name: _box(at.centres, at.radii.max() + at.half.max()) for name, at in shells.items()}
@@ -263,7 +263,7 @@ def _from_triangles(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) 
 
 def _fluids(a: str, one: Filling, b: str, other: Filling) -> None:
     """SceneError where two fluids fill one place."""
-    i, _ = _near(one.points, other.points, SAME_PLACE * min(one.spacing, other.spacing))
+    i, _ = _near(one.points, other.points, SAME_PLACE * min(one.finest, other.finest))
     if len(i):
         raise SceneError(
             f"fluids '{a}' and '{b}' both fill the place of {len(np.unique(i))} particles: a place holds one of them, so change a fill"

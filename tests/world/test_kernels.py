@@ -38,6 +38,11 @@ ELSEWHERE_TOO = {
     *(f"couplings.contact.multipliers.{name}" for name in ("_iterate", "_error")),  # of long lists of pairs: tests/contact/test_friction.py
     "bodies.solid.port._take",  # of solids that are struck: tests/contact/test_solids.py
     "bodies.solid.forces.stiffest",  # of the stable step of solids: tests/solid/test_motion.py
+    *(  # of finer water: tests/fluid/test_finer.py
+        *(f"numerics.neighbours.{name}" for name in ("_cells_sized", "_build_sized")),
+        *(f"bodies.fluid.{name}" for name in ("packing._uneven", "packing._settle", "port._resize")),
+        *(f"bodies.shell.finer_surface.{name}" for name in ("_lay", "_bear")),
+    ),
     *(
         f"couplings.{name}" for name in ("drag.law._act", "drag.law._share", "wetted.wetted._hide")
     ),  # of drag by a law: tests/fluid/test_drag.py

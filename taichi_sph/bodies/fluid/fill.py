@@ -145,6 +145,12 @@ def fill(
     filling = _whole(fluid, spacing, mesh, thickness, surface, baffles)
     for number, finer in enumerate(fluid.finer or ()):
         filling = _split(filling, finer, f"fluid '{fluid.name}': finer[{number}]")
+    if filling.split is not None and len(filling.walls):  # a part of a particle may lie nearer to a wall than that did
+        points, parts = filling.points.copy(), filling.split
+        for part in np.unique(parts[parts > 1]):
+            own = parts == part
+            points[own] = moved_off(points[own], filling.walls, filling.half, CONTACT[fluid.contact] * filling.spacing / part)
+        filling = replace(filling, points=points)
     return filling
 
 

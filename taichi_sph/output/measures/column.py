@@ -18,7 +18,7 @@ import numpy as np
 from ...errors import SceneError
 from ...scene import Rigid, Scene
 from ..folder import RunFolder
-from .fluid import between, diameter, said_of, weight
+from .fluid import between, diameters, said_of, weight
 from .perforation import of
 
 CUTOFF = 75e3  # Hz, of the low pass of the sensor (T annex G)
@@ -35,7 +35,7 @@ def pressure(run: RunFolder, scene: Scene, face: str, cutoff: float = CUTOFF) ->
     said: Rigid | None = next((one for one in scene.rigids if one.name == face), None)
     if said is None or not said.faces:
         raise SceneError(f"option 'face': there is no rigid body '{face}' with faces")
-    area = points(said.faces[0], FINE * diameter(run))[1].sum(axis=0)
+    area = points(said.faces[0], FINE * float(diameters(run).min()))[1].sum(axis=0)
     history = of(run, face)
     p = -np.column_stack([history["fx"], history["fy"], history["fz"]]) @ area / (area @ area)
     rate = (len(history) - 1) / max(float(history.time[-1] - history.time[0]), 1e-300) if len(history) > 1 else 0.0

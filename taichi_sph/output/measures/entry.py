@@ -9,7 +9,7 @@ import numpy as np
 from ...scene import Scene
 from ..folder import RunFolder
 from ..histories import History
-from .fluid import diameter, said_of
+from .fluid import said_of
 from .perforation import PREFIX, of, speeds
 
 FEWEST = 5  # samples of a fit
@@ -60,9 +60,10 @@ def cavity_radius(
     far = frame.points - x
     s = far @ along
     off = np.linalg.norm(far - s[:, None] * along, axis=1)
-    near = np.sort(off[np.abs(s - depth) <= within])
+    there = np.abs(s - depth) <= within
+    near = np.sort(off[there])
     if not len(near):
         return None
-    d = diameter(run, fluid)
+    d = float(frame.point_data["diameter"][there][off[there].argmin()])
     ring = near[: max(4, int(2.0 * math.pi * near[0] * 2.0 * within / d**2 / 4))]  # a quarter of a layer on the wall of the cavity
     return float(ring.mean() - 0.5 * d)

@@ -56,9 +56,19 @@ def column(run: RunFolder, scene: Scene, start: float, fluid: str | None = None)
     return np.mean([height(f, scene) for f in frames], axis=0), np.mean([f.point_data["pressure"] for f in frames], axis=0)
 
 
+def diameters(run: RunFolder, fluid: str | None = None) -> np.ndarray:
+    """(N,) D_0 of the particles [m]."""
+    return run.the("fluid", fluid).array("PointData", "diameter", 0)
+
+
 def diameter(run: RunFolder, fluid: str | None = None) -> float:
-    """D_0 [m]."""
-    return float(run.the("fluid", fluid).array("PointData", "diameter", 0)[0])
+    """The largest D_0 [m]."""
+    return float(diameters(run, fluid).max())
+
+
+def volumes(frame: BodyFrame) -> np.ndarray:
+    """(N,) of the particles at rest [m3]."""
+    return frame.point_data["diameter"].astype(float) ** 3
 
 
 def pressure_slope(run: RunFolder, scene: Scene, *, fluid: str | None = None, start: float, skip: float = 3.0) -> float | None:
@@ -75,28 +85,29 @@ def pressure_slope(run: RunFolder, scene: Scene, *, fluid: str | None = None, st
 def bottom_pressure(run: RunFolder, scene: Scene, *, fluid: str | None = None, start: float, level: float) -> float:
     """Mean pressure of the lowest layer over rho g times its depth below `level` [m]: 1 in water at rest."""
     z, p = column(run, scene, start, fluid)
-    low = z < z.min() + 0.5 * diameter(run, fluid)
+    low = z < z.min() + 0.5 * float(diameters(run, fluid)[z.argmin()])
     return float(p[low].mean() / (said_of(run, scene, fluid).water.density * weight(scene)[0] * (level - z[low].mean())))
 
 
 def restlessness(run: RunFolder, scene: Scene, *, fluid: str | None = None, start: float) -> float:
     """Root mean square speed of the particles from `start` [s] on, over that of a fall through the depth of the water."""
     frames = [frame for _, frame in between(run, start, math.inf, fluid)]
-    square = np.mean([(f.point_data["velocity"] ** 2).sum(axis=1).mean() for f in frames])
+    square = np.mean([np.average((f.point_data["velocity"] ** 2).sum(axis=1), weights=volumes(f)) for f in frames])
     return float(np.sqrt(square / (2 * weight(scene)[0] * np.ptp(height(frames[0], scene)))))
 
 
 def mean_height(run: RunFolder, scene: Scene, *, fluid: str | None = None, time: float = math.inf) -> float:
     """Mean height [m] of the particles of a fluid at the end, or in the frame nearest to `time` [s]."""
     file = run.the("fluid", fluid)
-    return float(height(file.body(file.nearest(min(time, float(file.times[-1])))), scene).mean())
+    frame = file.body(file.nearest(min(time, float(file.times[-1]))))
+    return float(np.average(height(frame, scene), weights=volumes(frame)))
 
 
 def front(run: RunFolder, scene: Scene, fluid: str | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Times [s] and places [m] of the foremost water along x, half a diameter before the particle's centre."""
+    """Times [s] and places [m] of the foremost water along x, half a diameter before the centre of a particle."""
     frames = between(run, 0.0, math.inf, fluid)
-    half = 0.5 * diameter(run, fluid)
-    return np.array([t for t, _ in frames]), np.array([f.points[:, 0].max() + half for _, f in frames])
+    half = 0.5 * diameters(run, fluid)
+    return np.array([t for t, _ in frames]), np.array([(f.points[:, 0] + half).max() for _, f in frames])
 
 
 def surge_delay(
@@ -150,8 +161,7 @@ def fallen(frame: BodyFrame, scene: Scene, bottom: float) -> np.ndarray:
 
 def head(frame: BodyFrame, scene: Scene, bottom: float, area: float) -> float:
     """Height of the water above `bottom` [m], by the volume of what is left over the area [m2] of the tank."""
-    left = (~fallen(frame, scene, bottom)).sum()
-    return float(left * frame.point_data["diameter"][0] ** 3 / area)
+    return float(volumes(frame)[~fallen(frame, scene, bottom)].sum() / area)
 
 
 def outflow(
@@ -161,9 +171,8 @@ def outflow(
     between two times [s] over pi r^2 int sqrt(2 g H) dt, H the head of the moment."""
     frames = between(run, start, end, fluid)
     g = weight(scene)[0]
-    one = diameter(run, fluid) ** 3
     speed = [math.sqrt(2 * g * head(f, scene, bottom, area)) for _, f in frames]
-    out = [one * fallen(f, scene, bottom).sum() for _, f in frames]
+    out = [volumes(f)[fallen(f, scene, bottom)].sum() for _, f in frames]
     return float((out[-1] - out[0]) / (math.pi * radius**2 * np.trapezoid(speed, [t for t, _ in frames])))
 
 
@@ -202,7 +211,7 @@ def momentum_drift(run: RunFolder, scene: Scene) -> float:
     density = {fluid.name: fluid.water.density for fluid in scene.fluids}
 
     def water(frame: BodyFrame) -> np.ndarray:
-        return density[frame.name] * frame.point_data["diameter"][0] ** 3 * frame.point_data["velocity"].astype(float).sum(axis=0)
+        return density[frame.name] * (volumes(frame) @ frame.point_data["velocity"].astype(float))
 
     def solid(t: float) -> np.ndarray:
         each = [mass[n] * np.array([np.interp(t, h.time, h[f"v{a}"]) for a in "xyz"]) for n, h in rigids.items()]
@@ -220,6 +229,10 @@ def layer_pressure(
     c = "xyz".index(axis) if axis in ("x", "y", "z") else None
     if c is None:
         raise SceneError(f"option 'axis' is 'x', 'y' or 'z', not {axis!r}")
-    found = [f.point_data["pressure"][(f.points[:, c] >= low) & (f.points[:, c] <= high)] for _, f in between(run, start, end, fluid)]
-    values = np.concatenate(found) if found else np.zeros(0)
-    return float(values.mean()) if len(values) else None
+    values, weights = [np.zeros(0)], [np.zeros(0)]
+    for _, f in between(run, start, end, fluid):
+        there = (f.points[:, c] >= low) & (f.points[:, c] <= high)
+        values.append(f.point_data["pressure"][there])
+        weights.append(volumes(f)[there])
+    found = np.concatenate(values)
+    return float(np.average(found, weights=np.concatenate(weights))) if len(found) else None
