@@ -1,18 +1,16 @@
-"""The surface of shells for water that is finer than they are: points within the cells, EACH along each side of one.
+"""The surface of shells for water that is finer than they are: points within the cells.
 
 A particle sees a surface by a sum over its points (couplings/wetted). Points that stand farther apart than particles do would let some of
-them stand where the sum is small. What a point is pushed with goes to the corners of its cell by the shape functions that place the point:
-so force, moment and power are those at the point.
+them stand where the sum is small.
 """
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from ... import runtime
+from ...pool import Pool
 from ...runtime import ti
 from ..wettable import SurfacePoints
+from ..within import Within
 from .surface import ShellPoints, place
 
 if TYPE_CHECKING:
@@ -26,13 +24,11 @@ class CellPoints(ShellPoints):
         """each: points along a side of a cell."""
         super().__init__(name, group, shells)
         self.begin_cell, self.n_cells, self.n_nodes = shells[0].cells.first, sum(body.cells.n for body in shells), self.n
-        self.each = each * each
-        self.n = self.n_cells * self.each
-        quads, triangles = _quads(each), _triangles(each)
-        self.shape = self.field("shape", 2 * self.each, 4, "f64", doc="of the corners at the points of a quadrilateral, then of a triangle")
-        self.at = self.field("at", self.each, 2, "f64", doc="xi, eta of the points of a quadrilateral")
-        runtime.put(self.shape, np.concatenate([_bilinear(quads), triangles]))
-        runtime.put(self.at, quads)
+        self.within = Within(f"{name}.within", each)
+        self.n = self.n_cells * self.within.n
+
+    def pools(self) -> Sequence[Pool]:
+        return [self, self.within]
 
     def lay(self, points: SurfacePoints, first: int, since: float) -> None:
         _lay(points, self, first, self.begin, self.begin_cell, self.n_cells, since)
@@ -42,55 +38,27 @@ class CellPoints(ShellPoints):
             _bear(points, self, first, self.begin, self.n_nodes, self.begin_cell, times)
 
 
-def _quads(each: int) -> np.ndarray:
-    """(each^2, 2) xi, eta of the middles of the squares into which [-1, 1]^2 is cut."""
-    a = (2.0 * np.arange(each) + 1.0) / each - 1.0
-    return np.stack(np.meshgrid(a, a, indexing="ij"), axis=-1).reshape(-1, 2)
-
-
-def _bilinear(at: np.ndarray) -> np.ndarray:
-    """(N, 4) shape functions of the corners (-1, -1), (1, -1), (1, 1), (-1, 1)."""
-    xi, eta = at[:, 0], at[:, 1]
-    return 0.25 * np.column_stack([(1 - xi) * (1 - eta), (1 + xi) * (1 - eta), (1 + xi) * (1 + eta), (1 - xi) * (1 + eta)])
-
-
-def _triangles(each: int) -> np.ndarray:
-    """(each^2, 4) shares of the corners at the middles of the triangles into which a triangle is cut; the fourth is 0."""
-    upright = [(i + 1 / 3, j + 1 / 3) for i in range(each) for j in range(each - i)]
-    turned = [(i + 2 / 3, j + 2 / 3) for i in range(each - 1) for j in range(each - 1 - i)]
-    a = np.array(upright + turned) / each
-    return np.column_stack([1.0 - a.sum(axis=1), a, np.zeros(len(a))])
-
-
 @ti.kernel
 def _lay(points: ti.template(), shell: ti.template(), first: ti.i32, begin: ti.i32, begin_cell: ti.i32, n: ti.i32, since: ti.f64):
     for c in range(n):
         s = begin_cell + c
-        corner = shell.cells.corner[s]
-        quad = shell.cells.n_corners[s] == 4
-        x0, x1, x2 = place(shell.nodes, corner[0]), place(shell.nodes, corner[1]), place(shell.nodes, corner[2])
-        x3 = x0 * 1.0
-        if quad:
-            x3 = place(shell.nodes, corner[3])
-        for q in range(ti.static(shell.each)):
-            shape = shell.shape[q + ti.select(quad, 0, ti.static(shell.each))]
-            # the area of a triangle is the same all over it
-            one, two, share = x1 - x0, x2 - x0, 0.5 / ti.static(shell.each)
-            if quad:
-                xi, eta = shell.at[q][0], shell.at[q][1]
-                one = 0.25 * ((1.0 - eta) * (x1 - x0) + (1.0 + eta) * (x2 - x3))
-                two = 0.25 * ((1.0 - xi) * (x3 - x0) + (1.0 + xi) * (x2 - x1))
-                share = 4.0 / ti.static(shell.each)
-            a = share * shell.turn[s] * one.cross(two)
-            if shell.cells.broken[s] == 1:
-                a *= 0.0
-            x, v, half = a * 0.0, a * 0.0, a[0] * 0.0
+        corner, quad = shell.cells.corner[s], shell.cells.n_corners[s] == 4
+        x = ti.Matrix.zero(ti.f64, 4, 3)
+        for k in ti.static(range(4)):
+            if corner[k] >= 0:
+                at = place(shell.nodes, corner[k])
+                for m in ti.static(range(3)):
+                    x[k, m] = at[m]
+        for q in range(ti.static(shell.within.n)):
+            shares = shell.within.shares(quad, q)
+            a = shell.turn[s] * (1 - shell.cells.broken[s]) * shell.within.area(x, quad, q)
+            there, v, half = a * 0.0, a * 0.0, a[0] * 0.0
             for k in ti.static(range(4)):
                 if corner[k] >= 0:
-                    x += shape[k] * place(shell.nodes, corner[k])
-                    v += shape[k] * ti.cast(shell.nodes.v[corner[k]], ti.f64)
-                    half += shape[k] * shell.half_of[corner[k] - begin]
-            points.note(first + c * ti.static(shell.each) + q, x, a, v, half, 1, since)
+                    there += shares[k] * ti.Vector([x[k, 0], x[k, 1], x[k, 2]])
+                    v += shares[k] * ti.cast(shell.nodes.v[corner[k]], ti.f64)
+                    half += shares[k] * shell.half_of[corner[k] - begin]
+            points.note(first + c * ti.static(shell.within.n) + q, there, a, v, half, 1, since)
 
 
 @ti.kernel
@@ -100,10 +68,10 @@ def _bear(points: ti.template(), shell: ti.template(), first: ti.i32, begin: ti.
         push = ti.Vector([0.0, 0.0, 0.0], float)
         for m in range(shell.cells.start_of_node[i], shell.cells.start_of_node[i + 1]):
             s = shell.cells.of_node[m]
-            row = first + (s - begin_cell) * ti.static(shell.each)
-            shift = ti.select(shell.cells.n_corners[s] == 4, 0, ti.static(shell.each))
+            base = first + (s - begin_cell) * ti.static(shell.within.n)
             for c in ti.static(range(4)):
                 if shell.cells.corner[s][c] == i:
-                    for q in range(ti.static(shell.each)):
-                        push += ti.cast(shell.shape[q + shift][c], float) * points.push[row + q]
+                    for q in range(ti.static(shell.within.n)):
+                        share = shell.within.shares(shell.cells.n_corners[s] == 4, q)[c]
+                        push += ti.cast(share, float) * points.push[base + q]
         shell.nodes.force[i] += times * push

@@ -5,7 +5,6 @@ A kind of shell says what its internal forces are.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
@@ -23,6 +22,7 @@ from ..nodal.loads import Loads
 from ..nodal.motion import kick_and_drift
 from ..nodal.slow import SlowNodes
 from ..nodal.supports import UNITS
+from ..within import COARSE, each_of
 from .build import (
     Model,
     ShellBody,
@@ -53,7 +53,6 @@ if TYPE_CHECKING:
     from .instead.freedom import Stiffness
 
 
-EVEN, COARSE = 2.2, 2.8  # spacings of rigid points: how far apart points of a shell are, at most, and nodes that are points themselves
 FASTEST = 0.3  # speed of a body at the start over that of sound in a shell: beyond, what it does to an elastic shell is its doing
 
 
@@ -218,8 +217,8 @@ class ShellGroup(Rest):
         return [self._points(f"{name}_{k}" if k > 1 else name, run, spacing) for k, run in enumerate(runs, start=1)]
 
     def _points(self, name: str, run: list[Any], spacing: float) -> ShellPoints:
-        coarse = max(body.mesh.spacing for body in run) / spacing if spacing else 0.0
-        return CellPoints(name, self, run, math.ceil(coarse / EVEN)) if coarse > COARSE else ShellPoints(name, self, run)
+        widest = max(body.mesh.spacing for body in run)
+        return CellPoints(name, self, run, each_of(widest, spacing)) if 0 < COARSE * spacing < widest else ShellPoints(name, self, run)
 
     def stored(self) -> float:
         """Elastic energy [J]: live cells and residuals."""

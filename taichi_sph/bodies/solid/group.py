@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -18,12 +18,14 @@ from ..nodal.loads import Loads
 from ..nodal.motion import kick_and_drift
 from ..nodal.nodes import Nodes
 from ..nodal.supports import UNITS
+from ..within import each_of
 from .build import SolidBody, alike, bodies_of, chemical, initial_velocity, lit, node_forces, node_motions
 from .forces import gather, strain
 from .pool import SolidCells, SolidMaterial
 from .port import Skin, SolidSurface
 from .said import Solid
 from .stable_dt import StableStep
+from .surface import SolidPoints
 from .table import Table, table_of
 
 OPEN = 3.0  # speed of a gas over that of its detonation
@@ -198,6 +200,11 @@ class SolidGroup(Rest):
             return {}
         numbers = [k for body in self.solids for k, motion in enumerate(self.scene.motions, start=1) if motion.body == body.name]
         return dict(zip((f"support_{k}" for k in numbers), self.loads.supports.rows()))
+
+    def wettables(self, name: str, spacing: float, meets: Callable[[str], bool]) -> list[SolidPoints]:
+        """The points within the faces of the solids that are met. spacing [m]: that of the points of rigid surfaces."""
+        met = [body for body in self.solids if meets(body.name)]
+        return [SolidPoints(name, self, each_of(max(body.mesh.spacing for body in met), spacing), meets)] if met else []
 
     def surface(self) -> SolidSurface:
         return SolidSurface(self)

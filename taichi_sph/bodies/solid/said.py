@@ -103,12 +103,6 @@ class Solid(Body):
         for number, motion in enumerate(scene.motions):
             if motion.body == self.name and any(w is not None for w in motion.spin):
                 raise ValueError(f"motions[{number}].spin: the nodes of solid '{self.name}' do not turn; give velocities alone")
-        for other in scene.bodies:
-            if other.soft and scene.met(self.name, other.name).meet:
-                raise ValueError(
-                    f"{scene.key_of(other)}: {other.what} '{other.name}' does not press on solids yet; part them by "
-                    f"Meeting(between=('{self.name}', '{other.name}'), meet=False)"
-                )
 
 
 KIND = Kind("solid", "solids", Solid, "taichi_sph.bodies.solid.group:groups", rank=4)
