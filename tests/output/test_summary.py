@@ -11,7 +11,7 @@ import pytest
 
 from taichi_sph.errors import SceneError
 from taichi_sph.output import results
-from taichi_sph.output.answer import answer, in_words, quantity_text
+from taichi_sph.output.answer import answer, in_words, open_balance, quantity_text
 from taichi_sph.output.folder import RunFolder
 from taichi_sph.output.record import scene_hash, write_record
 from taichi_sph.output.summary import judged
@@ -65,6 +65,9 @@ def test_answer(run: RunFolder) -> None:
 def test_a_balance_that_does_not_close_is_warned_of(run: RunFolder, residual: float | None, warned: bool) -> None:
     text = "\n".join(answer(run, run.summary | {"closed_residual_percent": residual}))
     assert ("do not trust these numbers yet, take a finer spacing" in text) == warned
+    assert ("55 us ± 1 us: met, but do not trust it yet)" in text) == warned and "55 us ± 1 us: met" in text
+    static = open_balance(residual, True)  # the work of a search is summed from one equilibrium to the next
+    assert "not trust" not in static and ("the error of the work" in static) == warned
 
 
 @pytest.mark.parametrize(

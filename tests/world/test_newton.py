@@ -15,10 +15,10 @@ from taichi_sph.bodies.shell.pressure import LEAVE
 from taichi_sph.bodies.shell_sph.tangent import Tangent
 from taichi_sph.errors import RunStopped, SceneError
 from taichi_sph.run import session
-from taichi_sph.scene import Box, Cylinder, NodalForce, Ramp, Static, SurfacePressure, load_scene
+from taichi_sph.scene import Box, Cylinder, NodalForce, Plate, Ramp, Static, SurfacePressure, load_scene
 from taichi_sph.scene.supports import Edge, clamped, held
 
-from ..shells import along, of_nodes, pose, shell_scene, start
+from ..shells import STEEL, along, of_nodes, pose, shell_scene, start
 
 ROOT = Path(__file__).resolve().parents[2]
 PRESSURE = 3e7
@@ -95,6 +95,35 @@ def test_a_slit_ring_stands_up():
     found = [sim.probes()[name]["u_z"] for name in "AB"]
     assert found == pytest.approx([13.891, 17.528], rel=0.055)
     assert sim.status()["newton_steps"] < 60 and sim.status()["relaxation_steps"] == 0
+
+
+def test_a_strip_that_buckles_is_found_aside():
+    """1.62 times Euler's load, with a thousandth of it aside: in one step of load Newton's method stays straight, which is
+    unstable, so the step is cut. Elastica: K(k) = pi/2 sqrt(1.62), the tip aside by 2 k / K."""
+    cells = 12
+    end = Box(lo=(1.0 - 0.25 / cells, None, None))
+    thin, wide = 0.012 / cells, 4 / cells
+    load = 4.0 * STEEL["young"] * wide * thin**3 / 12.0
+    scene = shell_scene(
+        Plate(length=1.0, width=wide), n=cells, thickness=thin, irregularity=0.0, material={"poisson": 0.0}, duration=1.0,
+        motions=held("shell", 1 / cells, [clamped("x", 0.0, "above")]), static=Static(),
+        forces=[NodalForce(shell="shell", where=end, total=(-load, 0.0, 1e-3 * load))],
+    )  # fmt: skip
+    sim = start(scene)
+    sim.advance(1)
+    found = sim.status()
+    assert found["load"] == 1.0 and found["relaxation_steps"] == 0 and not found["unstable"]
+    tip = of_nodes(sim, "u")[sim.shell.mesh.points[:, 0] > 1.0 - 1e-6].mean(axis=0)
+    assert tip[2] == pytest.approx(0.8024, rel=0.03)
+
+
+def test_a_fold_of_cells_is_no_equilibrium_of_the_shell():
+    """A strip of 12 cells that is to roll up: beyond 171 degrees the row of nodes that bears the moment folds. Other cells find it."""
+    sim = start(load_scene(ROOT / "scenes" / "cantilever.py", {"load": "moment", "slenderness": 1e-3, "turns": 0.5, "increments": 1}))
+    with pytest.raises(RunStopped, match=r"beyond 0\.95\d* of the load, where neighbours have turned apart by \d\d degrees: take a finer"):
+        sim.advance(1)
+    assert sim.status()["load"] == pytest.approx(0.951, abs=0.005) and not sim.status()["unstable"]
+    assert sim.energies()["external"] == pytest.approx(sim.energies()["elastic"], rel=0.1)
 
 
 def pressed(**more):
