@@ -11,7 +11,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.transforms import blended_transform_factory
 
@@ -43,7 +42,7 @@ class Shot:
 
     @property
     def looks(self) -> list[Look]:
-        forms = {body.form for body in self.bodies}
+        forms = {body.form for body in self.bodies if len(body.points)}
         both = ((self.look, {"surface"}), (self.wet, {"particles", "field"}))
         return [look for look, of in both if of & forms and look is not None and look.label]
 
@@ -125,7 +124,7 @@ def _bars(figure: Figure, looks: Sequence[Look], wide: float, height: float) -> 
         tall = min(room - HEAD, 2.4)
         y = height - TOP - (number + 0.5) * room - tall / 2 - 0.15
         bar = figure.add_axes(((wide - RIGHT + 0.25) / wide, y / height, 0.16 / wide, tall / height))
-        colours = ScalarMappable(Normalize(look.low * look.shown, look.high * look.shown), look.colours)
+        colours = ScalarMappable(look.bar(), look.colours)
         figure.colorbar(colours, cax=bar, extend="neither" if look.field == "damage" else "max", extendfrac=0.04)
         name, _, unit = look.label.rpartition(" ")
         bar.set_title(f"{name}\n{unit}", fontsize=9.5, weight="normal", color="#2b333a", pad=8, loc="left", linespacing=1.3)

@@ -129,12 +129,13 @@ def image(
             if wet is None:
                 continue
             across = float(np.median(body.point_data["diameter"])) * scale
-            values = point_values(body, wet.field)
-            _balls(plotter, points, across, scalars=values, cmap=wet.colours, clim=(wet.low, wet.high), ambient=0.35, diffuse=0.75)
+            values = wet.shade(point_values(body, wet.field))
+            _balls(plotter, points, across, scalars=values, cmap=wet.colours, clim=(0.0, 1.0), ambient=0.35, diffuse=0.75)
         elif body.form == "field":
             if wet is not None and len(body.cells):
                 plane = grid(body, wet, view)
-                plotter.add_mesh(plane, scalars="shown", cmap=wet.colours, clim=(wet.low, wet.high), lighting=False, show_scalar_bar=False)
+                plane["shown"] = wet.shade(plane["shown"])
+                plotter.add_mesh(plane, scalars="shown", cmap=wet.colours, clim=(0.0, 1.0), lighting=False, show_scalar_bar=False)
         elif kept(body).any():
             surface = smooth(body, look, view) if look.loose else grid(body, look, view)
             colours = {"scalars": "shown", "cmap": look.colours, "clim": (look.low, look.high), "show_scalar_bar": False}

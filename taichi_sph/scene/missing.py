@@ -127,7 +127,7 @@ NOT_YET: dict[str, dict[str, str]] = {
         "periodic": "no boundary is periodic; a Wall is a plane of symmetry",
         "turbulence": _STILL,
         "slip": "water slides along walls and shells; there is no other boundary",
-        "cavitation": "water does not boil; Water(tension=...) says whether it bears tension",
+        "cavitation": "water does not boil; Water(tension=...) is the most tension that it bears",
         "air": "air is not computed; a Gas fills what the water leaves of a closed shell",
     },
     "PinballContact": {
