@@ -33,6 +33,7 @@ LARGE = 0.1  # of a shell's width: a striker of a larger radius is halved in sec
 DROP = 0.6  # of its diameter: how large a particle is drawn once it is out
 CLOSE = 1.35  # the close-up shows this much more than the broken cells
 NEAR_ENOUGH = 0.8  # a close-up that shows more of the body than this is left out
+UNLIKE = 4.0  # times as large: runs that are drawn to their own scales
 THIN = 0.25  # a fluid that is thinner than this share of its size is seen from the side
 REACHED = 98.0  # % of the particles under pressure, whose pressure the colours tell apart
 LOW = 0.2  # of that range: where half of them are below, colours follow the root, so that water at rest is a gradient beside a shock
@@ -233,6 +234,21 @@ def window(points: np.ndarray, turn: np.ndarray, margin: float = 0.03) -> View:
     return View(low[0] - room, high[0] + room, low[1] - room, high[1] + room, turn)
 
 
+def together(views: Sequence[View]) -> View | list[View]:
+    """One window that holds all, so that a page has one scale; where one of them would be small in it, windows of their own, of one
+    aspect."""
+    sizes = [max(v.x1 - v.x0, v.y1 - v.y0) for v in views]
+    if max(sizes) <= UNLIKE * min(sizes):
+        return View(min(v.x0 for v in views), max(v.x1 for v in views), min(v.y0 for v in views), max(v.y1 for v in views), views[0].turn)
+    aspect = float(np.exp(np.mean(np.log([v.aspect for v in views]))))
+    found = []
+    for v in views:
+        wide = max(v.x1 - v.x0, (v.y1 - v.y0) / aspect)
+        x, y = 0.5 * (v.x0 + v.x1), 0.5 * (v.y0 + v.y1)
+        found.append(View(x - wide / 2, x + wide / 2, y - wide * aspect / 2, y + wide * aspect / 2, v.turn))
+    return found
+
+
 def shown_points(run: RunFolder, instants: Sequence[int]) -> np.ndarray:
     """What an overview is to hold: the held parts of shells, and strikers, fragments and spray not far from them."""
     low, high = box(run)
@@ -384,15 +400,17 @@ def compare_page(runs: Sequence[RunFolder], names: Sequence[str], title: str, ba
     looks = looks_of(runs, [-1])
     rows: list[list[Shot]] = [[], []]
     boxes = [views_of(run, [-1]) for run in runs]
+    unlike = False
     for name in ("front", "section"):
-        shared = [box[name] for box in boxes]
-        whole = (min(v.x0 for v in shared), max(v.x1 for v in shared), min(v.y0 for v in shared), max(v.y1 for v in shared))
-        for box in boxes:
-            box[name] = View(*whole, box[name].turn)
+        shared = together([box[name] for box in boxes])
+        unlike = unlike or isinstance(shared, list)
+        for k, box in enumerate(boxes):
+            box[name] = replace(shared[k] if isinstance(shared, list) else shared, turn=box[name].turn)
     for run, box, name in zip(runs, boxes, names, strict=True):
         front, section = shots_at(run, -1, looks, box, ("front", "section"), f"{name}, {_when(run, len(run.frames()) - 1)}")
         rows[0].append(front)
         rows[1].append(section)
     if all(shot.view.aspect > 1 for row in rows for shot in row) and len(runs) <= 3:  # tall bodies stand side by side
         rows = [[*rows[0], *rows[1]]]
-    return sheet(rows, title, "at the end of each run, true deformation   ·   broken cells removed", backend)
+    words = "at the end of each run, true deformation   ·   broken cells removed"
+    return sheet(rows, title, words + ("   ·   sizes are unlike: each run to its own scale" if unlike else ""), backend)
