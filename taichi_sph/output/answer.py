@@ -334,7 +334,7 @@ def open_balance(residual: float | None, static: bool) -> str:
     )
 
 
-def _equilibrium(run: RunFolder) -> tuple[list[str], bool]:
+def equilibrium(run: RunFolder) -> tuple[list[str], bool]:
     """How the last equilibrium was found, and what is wrong with it; whether it is not to be trusted."""
     found = run.history("progress")
     last = {name: float(found[name][-1]) for name in found.columns} if len(found) else {}
@@ -342,7 +342,9 @@ def _equilibrium(run: RunFolder) -> tuple[list[str], bool]:
         return [], False
     ways = []
     if steps := int(last["newton_steps"]):
-        ways.append(f"Newton's method ({steps} factorisation{'' if steps == 1 else 's'})")
+        arc = run.scene.static is not None and run.scene.static.method == "arc"
+        way = "the path of the load" if arc else "Newton's method"
+        ways.append(f"{way} ({steps} factorisation{'' if steps == 1 else 's'})")
     if points := int(last.get("path_points", 0)):
         ways.append(f"the length of the path ({points} point{'' if points == 1 else 's'}), where no step of load was short enough")
     if steps := int(last["relaxation_steps"]):
@@ -371,7 +373,7 @@ def answer(run: RunFolder, summary: dict[str, Any] | None = None) -> list[str]:
         lines = [_body(run, shell, len(scene.shells) > 1) for shell in breakable]
     lines += [*openings.too_narrow(run, quantity_text), *_supports(run)]
     static = scene.static is not None
-    told, doubted = _equilibrium(run) if static else ([], False)
+    told, doubted = equilibrium(run) if static else ([], False)
     lines += told
     doubted = doubted or unaccounted(summary.get("closed_residual_percent"), static)
     for name, entry in summary["quantities"].items():

@@ -123,6 +123,7 @@ def test_a_fold_of_cells_is_no_equilibrium_of_the_shell():
     with pytest.raises(RunStopped, match=r"beyond 0\.95\d* of the load, where neighbours have turned apart by \d\d degrees: take a finer"):
         sim.advance(1)
     assert sim.status()["load"] == pytest.approx(0.951, abs=0.005) and not sim.status()["unstable"]
+    assert sim.status()["residual"] < 1e-5
     assert sim.energies()["external"] == pytest.approx(sim.energies()["elastic"], rel=0.1)
 
 
@@ -175,11 +176,13 @@ def test_a_search_that_stopped_goes_on_with_another_limit(tmp_path):
         session.resume(tmp_path / "run", pictures=False, settings={"static.increments": "3"})
     session.resume(tmp_path / "run", pictures=False, settings={"static.max_steps": "100000"})
     whole = session.run(pressed(static=Static(residual=1e-4, method="relaxation")), tmp_path / "whole", pictures=False)
+    from taichi_sph.output.answer import answer
     from taichi_sph.output.folder import RunFolder
 
     with RunFolder(tmp_path / "run") as one, RunFolder(whole) as other:
         places = [run.the("shell", None).body(-1).points for run in (one, other)]
         assert one.scene.static.max_steps == 100_000
+        assert any(line.startswith("Equilibrium by dynamic relaxation (") for line in answer(other))
     assert places[0] == pytest.approx(places[1], abs=1e-6)  # m; the middle rises by 0.03
 
 

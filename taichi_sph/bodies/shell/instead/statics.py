@@ -219,11 +219,12 @@ class Relaxation(Pool):
         if self.method == "both" and not coarse:
             path.put(replace(state, s=1.0))
             return False
-        path.put(state)
+        worst = self._worst()
+        self.residual = path.weigh(state) / np.maximum(self.load, 1e-300)
         self.level += state.s * (time / self.group.scene.duration - self.level)
         raise RunStopped(
-            f"shell '{self._worst()}': Newton's method and the path over limit points found no equilibrium beyond {self.level:.4g} of the"
-            f" load{coarse}; static.method = 'arc' follows the path point by point, 'relaxation' goes where the shell would settle",
+            f"shell '{worst}': Newton's method found no equilibrium beyond {self.level:.4g} of the load{coarse};"
+            " static.method = 'arc' follows the path over a limit point, 'relaxation' goes where the shell would settle",
             goes_on=True,
         )
 
