@@ -171,9 +171,7 @@ def test_folders_that_are_no_runs(tmp_path: Path) -> None:
         (
             None,
             {"newton_steps": 40, "path_points": 7, "relaxation_steps": 900},
-            [
-                "Newton's method (40 factorisations), then the length of the path (7 points), where no step of load was short enough, then dyn"
-            ],
+            ["Newton's method (40 factorisations), then the length of the path (7 points), where no step of load was short enough"],
             False,
         ),
         (None, {"newton_steps": 9, "unstable": 1}, ["Do not trust this equilibrium yet: it is unstable, the least push"], True),
