@@ -77,11 +77,12 @@ def test_a_hinged_roof_snaps_through(thickness, limit, middle):
     assert sim.status()["relaxation_steps"] == 0
 
 
-@pytest.mark.long
-def test_a_load_beyond_the_limit_is_reached_over_it():
-    """By load: the increment that passes the limit point ends behind it, where the path of the other test goes."""
-    sim = start(roof(**{"static.method": "newton", "static.increments": 3}))
+@pytest.mark.parametrize("method", [None, pytest.param("newton", marks=pytest.mark.long)])
+def test_a_load_beyond_the_limit_is_reached_over_it(method):
+    """By load, and by itself: the increment that passes the limit point ends behind it, where the path of the other test goes."""
+    sim = start(roof(**{"static.method": method, "static.increments": 3}))
     sim.advance(3)
+    assert sim.status()["path_points"] > 0 and sim.status()["relaxation_steps"] == 0
     assert sim.status()["load"] == 1.0 and sim.status()["residual"] < 1e-5 and not sim.status()["unstable"]
     assert sim.probes()["middle"]["u_z"] == pytest.approx(-29.2e-3, rel=0.01)
 
