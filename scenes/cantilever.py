@@ -5,7 +5,7 @@ nu = 0, so that the strip is a beam at any width. The force bends it by a thousa
 2 pi E I / L makes of it a circle, whose tip is back at the clamp.
 
     python scenes/cantilever.py --quality paper --out DIR
-    python scenes/cantilever.py --quality paper --set load=moment --set turns=2 --out DIR
+    python scenes/cantilever.py --quality paper --set load=moment --set slenderness=3e-4 --out DIR
 """
 
 import math

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..frame import BodyFrame
 from ..scene import Scene, Shell
+from ..scene.instead import COARSE
 from .folder import RunFolder
 from .measures import cracks, fragments, leak, openings, perforation
 from .measures.pattern import SMALL, Pattern, pattern
@@ -73,7 +74,7 @@ def quantity_text(value: float | None, unit: str) -> str:
         return "none"
     scales = SCALES.get(unit, ())
     for scale, name in scales:
-        if 0 < abs(value) < 1000 * scale or (value == 0 and scale == 1.0) or scale == scales[-1][0]:
+        if 0 < abs(value) < 999.5 * scale or (value == 0 and scale == 1.0) or scale == scales[-1][0]:
             value, unit = value / scale, name
             break
     # three digits, but whole numbers are not rounded: 1450 m/s
@@ -82,15 +83,15 @@ def quantity_text(value: float | None, unit: str) -> str:
     return f"{text} {unit}".strip()
 
 
-def tolerance_text(entry: dict[str, Any]) -> str:
-    """ "expected 56 us +- 6 us: met" or nothing where nothing is expected."""
+def tolerance_text(entry: dict[str, Any], doubted: bool = False) -> str:
+    """ "expected 56 us +- 6 us: met" or nothing where nothing is expected. doubted: of a run that is not to be trusted."""
     if entry["target"] is None:
         return ""
     text = f"expected {quantity_text(entry['target'], entry['unit'])}"
     if entry["tolerance"]:
         text += f" ± {quantity_text(entry['tolerance'], entry['unit'])}"
     verdict = {True: ": met", False: ": not met", None: ""}[entry["met"]]
-    return text + verdict
+    return text + verdict + (", but do not trust it yet" if doubted and entry["met"] else "")
 
 
 def _cut_crack(p: Pattern) -> str:
@@ -312,12 +313,53 @@ def _supports(run: RunFolder) -> list[str]:
     return [f"{one} ({bear}) at the end; the largest force{which} is {quantity_text(most[0], 'N')} at {quantity_text(most[2], 's')}."]
 
 
+def unaccounted(residual: float | None, static: bool) -> bool:
+    """Whether a closed residual [%] says that numbers are not to be trusted. That of a search for equilibrium says nothing of what it
+    found: it is the error of the work, a sum of trapezoids from one equilibrium to the next."""
+    return not static and residual is not None and abs(residual) > OPEN
+
+
 def open_balance(residual: float | None, static: bool) -> str:
     """What to think of a closed residual [%] that is not small."""
     if residual is None or abs(residual) <= OPEN:
         return ""
-    mend = "take more increments" if static else "take a finer spacing or a shorter step"
-    return f" More than {OPEN:g} % of the energy is not accounted for: do not trust these numbers yet, {mend}."
+    if unaccounted(residual, static):
+        return (
+            f" More than {OPEN:g} % of the energy is not accounted for: do not trust these numbers yet, take a finer spacing or a shorter"
+            " step."
+        )
+    return (
+        " That is the error of the work, a sum over the increments; the equilibria stand on their unbalanced force alone. Take more"
+        " increments where energies count."
+    )
+
+
+def equilibrium(run: RunFolder) -> tuple[list[str], bool]:
+    """How the last equilibrium was found, and what is wrong with it; whether it is not to be trusted."""
+    found = run.history("progress")
+    last = {name: float(found[name][-1]) for name in found.columns} if len(found) else {}
+    if "load" not in last:
+        return [], False
+    ways = []
+    if steps := int(last["newton_steps"]):
+        arc = run.scene.static is not None and run.scene.static.method == "arc"
+        way = "the path of the load" if arc else "Newton's method"
+        ways.append(f"{way} ({steps} factorisation{'' if steps == 1 else 's'})")
+    if points := int(last.get("path_points", 0)):
+        ways.append(f"the length of the path ({points} point{'' if points == 1 else 's'}), where no step of load was short enough")
+    if steps := int(last["relaxation_steps"]):
+        ways.append(f"dynamic relaxation ({steps} steps)")
+    lines, doubted = [f"Equilibrium by {', then '.join(ways)}."] if ways else [], []
+    if last["load"] < 1.0 - 1e-9:
+        most = float(found["load"].max())
+        lines.append(f"Not all of the load is borne: {100 * last['load']:.3g} % at the end, {100 * most:.3g} % at the most.")
+    if last["unstable"] and run.scene.static is not None and run.scene.static.method == "arc":
+        lines.append("The last point of the path is unstable: the least push would move the shell on, to another equilibrium.")
+    elif last["unstable"]:
+        doubted.append("it is unstable, the least push would move the shell on, to another")
+    if (turn := last.get("turn_per_cell", 0.0)) > COARSE:
+        doubted.append(f"neighbours have turned apart by {math.degrees(turn):.0f} degrees: take a finer spacing, or spread the load")
+    return [*lines, *(f"Do not trust this equilibrium yet: {why}." for why in doubted)], bool(doubted)
 
 
 def answer(run: RunFolder, summary: dict[str, Any] | None = None) -> list[str]:
@@ -330,15 +372,19 @@ def answer(run: RunFolder, summary: dict[str, Any] | None = None) -> list[str]:
     else:
         lines = [_body(run, shell, len(scene.shells) > 1) for shell in breakable]
     lines += [*openings.too_narrow(run, quantity_text), *_supports(run)]
+    static = scene.static is not None
+    told, doubted = equilibrium(run) if static else ([], False)
+    lines += told
+    doubted = doubted or unaccounted(summary.get("closed_residual_percent"), static)
     for name, entry in summary["quantities"].items():
-        target = tolerance_text(entry)
+        target = tolerance_text(entry, doubted)
         lines.append(f"{in_words(name)}: {quantity_text(entry['value'], entry['unit'])}" + (f" ({target})" if target else ""))
     balance = []
     for key, title in (("B_percent", "balance B"), ("closed_residual_percent", "closed residual")):
         if summary.get(key) is not None:
             balance.append(f"{title} = {summary[key]:+.2g} %")
     if balance:
-        lines.append("Energy: " + ", ".join(balance) + "." + open_balance(summary.get("closed_residual_percent"), scene.static is not None))
+        lines.append("Energy: " + ", ".join(balance) + "." + open_balance(summary.get("closed_residual_percent"), static))
     speed = summary.get("node_steps_per_second")
     advance = summary["seconds"].get("advance")
     if speed and advance is not None and round(speed / 1e6, 2) > 0:  # not of a search for equilibrium

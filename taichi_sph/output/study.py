@@ -15,7 +15,7 @@ import numpy as np
 from ..errors import SceneError
 from ..scene import Convergence, Scene, Study, load
 from . import checkpoint, files
-from .answer import count, in_words, open_balance, quantity_text, tolerance_text
+from .answer import count, in_words, open_balance, quantity_text, tolerance_text, unaccounted
 from .folder import RunFolder, read_json, write_json
 from .record import commit, machine, scene_hash
 from .summary import judged, quantity_names
@@ -133,6 +133,9 @@ def study_answer(study: Study, summary: dict[str, Any]) -> list[str]:
     words = f"{count(done).capitalize()} of {count(len(study.cases))} runs finished"
     if expected:
         words += f"; {sum(expected)} of {len(expected)} numbers came out as expected"
+    static = any(case.static is not None for case in study.cases.values())
+    if any(expected) and unaccounted(summary["closed_residual_percent"], static):
+        words += ", but do not trust those of runs that lose energy yet"
     lines.append(words + ".")
     worst = [
         f"{title} {summary[key]:+.2g} %"
@@ -140,7 +143,6 @@ def study_answer(study: Study, summary: dict[str, Any]) -> list[str]:
         if summary[key] is not None
     ]
     if worst:
-        static = any(case.static is not None for case in study.cases.values())
         lines.append(f"Energy, worst of all: {', '.join(worst)}." + open_balance(summary["closed_residual_percent"], static))
     speed, advance = summary["node_steps_per_second"], summary["seconds"]["advance"]
     if speed and round(speed / 1e6, 2) > 0:  # a search for equilibrium has no node-steps to speak of

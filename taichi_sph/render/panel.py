@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
-from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize, to_rgba
+from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize, PowerNorm, to_rgba
 
 from ..bodies.shell.said import PARTICLES
 from ..frame import BodyFrame
@@ -30,9 +30,9 @@ PLASTIC = LinearSegmentedColormap.from_list(
     "plastic",
     [(0.0, "#c3d0da"), (0.12, "#e9dcae"), (0.35, "#f0a04b"), (0.65, "#c8402f"), (1.0, "#4a0f1f")],
 )
-PRESSURE = LinearSegmentedColormap.from_list(
+PRESSURE = LinearSegmentedColormap.from_list(  # of no hue that SPRAY has where both are pale
     "pressure",
-    [(0.0, "#cfe3f2"), (0.2, "#7db6dd"), (0.4, "#2f74b5"), (0.6, "#4b3f92"), (0.8, "#b23a6f"), (1.0, "#ff9d2e")],
+    [(0.0, "#f9f4c4"), (0.15, "#d3e279"), (0.35, "#6cc765"), (0.55, "#22978a"), (0.75, "#3b5a8f"), (0.9, "#4b2c7f"), (1.0, "#2a0845")],
 )
 SPRAY = LinearSegmentedColormap.from_list("spray", [(0.0, "#a9d3ec"), (0.35, "#4a9bd0"), (0.7, "#1b5f9e"), (1.0, "#0b2447")])
 OUTLINE = "#9aa5ae"
@@ -61,6 +61,16 @@ class Look:
     magnification: float
     shown: float = 1.0  # what the colour bar shows, over SI
     loose: bool = False  # nodes without a live cell are drawn too, and no outline of where the body was
+    power: float = 1.0  # of the share of the range, by which colours are chosen: below 1 small values are told apart
+
+    def shade(self, values: np.ndarray) -> np.ndarray:
+        """Values as places (0 to 1) among the colours."""
+        return np.clip((np.asarray(values, float) - self.low) / max(self.high - self.low, 1e-300), 0.0, 1.0) ** self.power
+
+    def bar(self) -> Normalize:
+        """What the colour bar shows."""
+        low, high = self.low * self.shown, self.high * self.shown
+        return Normalize(low, high) if self.power == 1.0 else PowerNorm(self.power, low, high)
 
 
 @dataclass(frozen=True)
@@ -232,7 +242,7 @@ def draw(
         if solid:
             colours = np.tile(to_rgba(METAL), (len(cells), 1))
         else:
-            colours = of.colours(Normalize(of.low, of.high)(cell_values(body, of.field)[sound]))
+            colours = of.colours(of.shade(cell_values(body, of.field)[sound]))
         if view.turn is not None:  # the farthest first, and darker where the light grazes
             corner = np.where(cells < 0, cells[:, :1], cells)
             order = np.argsort(points[corner, 2].mean(axis=1), kind="stable")
@@ -281,7 +291,7 @@ def _draw_balls(axes: Axes, body: BodyFrame, view: View, wet: Look | None) -> No
         return
     else:
         across = 1e3 * body.point_data["diameter"]
-        colours = wet.colours(Normalize(wet.low, wet.high)(point_values(body, wet.field)))
+        colours = wet.colours(wet.shade(point_values(body, wet.field)))
     size = across[order]
     axes.add_collection(
         EllipseCollection(

@@ -18,7 +18,6 @@ matplotlib.use("Agg")  # no display is asked for
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from ..errors import SceneError
@@ -27,8 +26,24 @@ from ..output.folder import RunFolder
 from ..output.measures.leak import tanks
 from . import plots, struck
 from .backend import Backend, choose
-from .panel import BENT, DAMAGE, MARGIN, MOVED, PLASTIC, SPEED, UPRIGHT, Look, View, cell_values, draw, magnification, view_of
-from .sheet import pixels, sheet
+from .panel import (
+    BENT,
+    DAMAGE,
+    MARGIN,
+    MOVED,
+    PLASTIC,
+    SPEED,
+    UPRIGHT,
+    Look,
+    View,
+    cell_values,
+    displaced,
+    draw,
+    magnification,
+    round_down,
+    view_of,
+)
+from .sheet import pixels, scale_bar, sheet
 
 DPI = 170
 WIDTH = 9.4  # inches of a single panel's page
@@ -40,6 +55,8 @@ MOVIE_DPI = 90
 MOVIE_SECONDS = 6.0
 MOVIE_BYTES = 3e6
 COLOURS = 240
+FAST = 99.5  # % of the cells whose speeds the colours tell apart
+OWN_SCALE = "sizes are unlike: each run to its own scale"
 BROKEN = "broken cells removed; small balls: nodes without cells"
 
 
@@ -62,7 +79,8 @@ def look_of(runs: Sequence[RunFolder]) -> Look:
         farthest = max(float(np.max(cell_values(b, "displacement"), initial=0)) for b in last) or 1.0
         scale, unit = next(((s, u) for s, u in LENGTHS if farthest * s >= 1), LENGTHS[-1])
         return Look("displacement", f"displacement [{unit}]", SPEED, 0.0, farthest, factor, scale)
-    fastest = max(float(np.max(cell_values(b, "speed"), initial=0)) for run in runs for i in (0, -1) for b in struck.whole(run, i))
+    moving = [cell_values(b, "speed") for run in runs for i in (0, -1) for b in struck.whole(run, i)]
+    fastest = max(float(np.percentile(v, FAST)) if len(v) else 0.0 for v in moving)  # a loose cell does not decide
     return Look("speed", "speed [m/s]", SPEED, 0.0, fastest or 1.0, factor)
 
 
@@ -99,17 +117,20 @@ def _gap(look: Look) -> str:
 def _page(
     panels: Sequence[tuple[list[BodyFrame], str]],
     look: Look,
-    view: View,
+    view: View | Sequence[View],
     title: str,
     subtitle: str,
     columns: int,
     backend: Backend,
     dpi: int = DPI,
 ) -> Figure:
-    """Panels under one title and beside one colour bar; sizes follow the view, so no space is wasted."""
+    """Panels under one title and beside one colour bar; sizes follow the view, so no space is wasted. Several views, one a panel, are of
+    one aspect, and each panel has its own ticks, or in space a bar."""
+    views = [view] * len(panels) if isinstance(view, View) else list(view)
+    own, view = not isinstance(view, View), views[0]
     rows = -(-len(panels) // columns)
     wide = WIDTH if columns == 1 else 12.0
-    left, right, top, bottom, between = 0.62, 0.95, 0.62, 0.5, 0.22  # inches
+    left, right, top, bottom, between = 0.62, 0.95, 0.62, 0.5, 0.62 if own and view.turn is None else 0.22  # inches
     across = (wide - left - right - (columns - 1) * between) / columns
     if across * view.aspect > TALLEST:
         across = TALLEST / view.aspect
@@ -127,18 +148,20 @@ def _page(
             x = left + column * (across + between)
             y = height - top - (row + 1) * (tall + above) - row * 0.12
             axes = figure.add_axes((x / wide, y / height, across / wide, tall / height))
-            draw(axes, bodies, look, view, backend.name == "vtk")
+            draw(axes, bodies, look, views[number], backend.name == "vtk")
             if view.turn is not None:
                 axes.set_axis_off()
+                if own:
+                    scale_bar(axes, views[number], round_down(0.28 * (views[number].x1 - views[number].x0)), tall)
             axes.set_title(name, fontsize=10, weight="normal", pad=3, x=MARGIN / (1 + 2 * MARGIN), color="#2b333a")
             axes.tick_params(labelsize=8, length=2.5)
             for side in axes.spines.values():
                 side.set_visible(False)
-            if row == rows - 1 or view.turn is not None:
+            if row == rows - 1 or own or view.turn is not None:
                 axes.set_xlabel("x [mm]", fontsize=9)
             else:
                 axes.tick_params(bottom=False, labelbottom=False)
-            if column == 0:
+            if column == 0 or own:
                 axes.set_ylabel("y [mm]", fontsize=9)
             else:
                 axes.tick_params(left=False, labelleft=False)
@@ -147,7 +170,7 @@ def _page(
         bar = figure.add_axes(
             ((wide - right + 0.18) / wide, (bottom + (whole - bar_height) / 2) / height, 0.14 / wide, bar_height / height)
         )
-        figure.colorbar(ScalarMappable(Normalize(look.low * look.shown, look.high * look.shown), look.colours), cax=bar)
+        figure.colorbar(ScalarMappable(look.bar(), look.colours), cax=bar, extend="max" if look.field == "speed" else "neither")
         bar.set_ylabel(look.label, fontsize=9)
         bar.tick_params(labelsize=8, length=2.5)
         for side in bar.spines.values():
@@ -392,17 +415,25 @@ def render_compare(
         look = look_of(runs)
         views = [view_of(struck.whole(run, -1), look.magnification) for run in runs]
         turn = next((v.turn for v in views if v.turn is not None), None)
-        views = [v for v in views if (v.turn is None) == (turn is None)]
-        view = View(min(v.x0 for v in views), max(v.x1 for v in views), min(v.y0 for v in views), max(v.y1 for v in views), turn)
+        if turn is not None:  # what is flat is seen as the others are
+            flat = [_points(struck.whole(run, -1), look.magnification) for run in runs]
+            views = [struck.window(points, turn, MARGIN) if v.turn is None else v for v, points in zip(views, flat)]
+        view = struck.together(views)
+        unlike = isinstance(view, list)
         last = max(float(_times(run)[-1]) for run in runs)
         ends = ["" if run.scene.static is not None else instant(run, -1, last) for run in runs]  # the whole load
         panels = [(struck.whole(run, -1), f"{name}   ({end})" if end else name) for run, name, end in zip(runs, names, ends, strict=True)]
-        subtitle = "   ·   ".join(p for p in (f"at the end of each run, {_magnified(look)}", _gap(look)) if p)
+        subtitle = "   ·   ".join(p for p in (f"at the end of each run, {_magnified(look)}", _gap(look), OWN_SCALE if unlike else "") if p)
         page = _page(panels, look, view, title or common_title(runs), subtitle, min(columns, len(panels)), choose())
         return _save(page, Path(out))
     finally:
         for run in runs:
             run.close()
+
+
+def _points(bodies: Sequence[BodyFrame], factor: float) -> np.ndarray:
+    """All nodes of surfaces, at rest and displaced (N, 3) [m]."""
+    return np.concatenate([points for body in bodies for points in (body.reference, displaced(body, factor))])
 
 
 def alike(folders: Sequence[Path | str]) -> bool:

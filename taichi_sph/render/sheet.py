@@ -11,7 +11,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.transforms import blended_transform_factory
 
@@ -26,6 +25,7 @@ LEFT, RIGHT, TOP, BOTTOM, BETWEEN, NAME, FOOT = 0.3, 1.35, 0.66, 0.12, 0.14, 0.1
 HEAD, SHORTEST = 0.75, 0.9  # inches above a colour bar for its name, and of the bar at least
 LETTER = 0.075  # inches, the mean width of one in the name of a shot
 TALLEST = 5.2  # inches of a row
+UNLIKE = 3.0  # times as wide: shots of one row that have scale bars of their own
 INK, SOFT = "#1d2429", "#5a6670"
 
 
@@ -43,7 +43,7 @@ class Shot:
 
     @property
     def looks(self) -> list[Look]:
-        forms = {body.form for body in self.bodies}
+        forms = {body.form for body in self.bodies if body.form == "surface" or len(body.points)}
         both = ((self.look, {"surface"}), (self.wet, {"particles", "field"}))
         return [look for look, of in both if of & forms and look is not None and look.label]
 
@@ -102,14 +102,15 @@ def sheet(rows: Sequence[Sequence[Shot]], title: str, subtitle: str, backend: Ba
         for row, texts, over, h in zip(rows, names, above, tall, strict=True):
             x = LEFT
             y -= over + h
-            length = round_down(0.28 * min(shot.view.x1 - shot.view.x0 for shot in row))
+            widths = [shot.view.x1 - shot.view.x0 for shot in row]
+            common = max(widths) <= UNLIKE * min(widths)
             for shot, text in zip(row, texts, strict=True):
                 w = h / shot.view.aspect
                 axes = figure.add_axes((x / wide, y / height, w / wide, h / height))
                 draw(axes, shot.bodies, shot.look, shot.view, backend.name == "vtk", shot.wet, shot.cut)
                 axes.set_axis_off()
                 axes.set_title(text, fontsize=10.5, weight="normal", pad=4, x=0.01, color="#2b333a")
-                scale_bar(axes, shot.view, length, h)
+                scale_bar(axes, shot.view, round_down(0.28 * (min(widths) if common else shot.view.x1 - shot.view.x0)), h)
                 x += w + BETWEEN
             y -= FOOT + BETWEEN
         _bars(figure, looks, wide, height)
@@ -125,7 +126,7 @@ def _bars(figure: Figure, looks: Sequence[Look], wide: float, height: float) -> 
         tall = min(room - HEAD, 2.4)
         y = height - TOP - (number + 0.5) * room - tall / 2 - 0.15
         bar = figure.add_axes(((wide - RIGHT + 0.25) / wide, y / height, 0.16 / wide, tall / height))
-        colours = ScalarMappable(Normalize(look.low * look.shown, look.high * look.shown), look.colours)
+        colours = ScalarMappable(look.bar(), look.colours)
         figure.colorbar(colours, cax=bar, extend="neither" if look.field == "damage" else "max", extendfrac=0.04)
         name, _, unit = look.label.rpartition(" ")
         bar.set_title(f"{name}\n{unit}", fontsize=9.5, weight="normal", color="#2b333a", pad=8, loc="left", linespacing=1.3)

@@ -33,7 +33,10 @@ LARGE = 0.1  # of a shell's width: a striker of a larger radius is halved in sec
 DROP = 0.6  # of its diameter: how large a particle is drawn once it is out
 CLOSE = 1.35  # the close-up shows this much more than the broken cells
 NEAR_ENOUGH = 0.8  # a close-up that shows more of the body than this is left out
+UNLIKE = 4.0  # times as large: runs that are drawn to their own scales
 THIN = 0.25  # a fluid that is thinner than this share of its size is seen from the side
+REACHED = 98.0  # % of the particles under pressure, whose pressure the colours tell apart
+LOW = 0.2  # of that range: where half of them are below, colours follow the root, so that water at rest is a gradient beside a shock
 PRESSURES = ((1.0, "Pa"), (1e-3, "kPa"), (1e-6, "MPa"), (1e-9, "GPa"))
 
 
@@ -85,17 +88,17 @@ class Looks:
     density: Look  # tells fluids apart
 
 
-def looks_of(runs: Sequence[RunFolder]) -> Looks:
-    """Plastic strain where a metal has any, else damage; pressure and speed up to what all but a few particles reach."""
-    plastic, pressure, speed = [0.0], [0.0], [0.0]
+def looks_of(runs: Sequence[RunFolder], instants: Sequence[int] | None = None) -> Looks:
+    """Plastic strain where a metal has any, else damage; pressure and speed up to what all but a few particles reach, at some instants
+    (None: twelve of the whole run)."""
+    plastic, speed = [0.0], [0.0]
     for run in runs:
         for file in run.of_kind("shell"):
             last = file.body(-1)
             if "plastic" in last.cell_data:
                 plastic.append(float(np.percentile(last.cell_data["plastic"], 99.8)))
         for file in run.of_kind("fluid"):
-            for index in range(0, len(file), max(1, len(file) // 12)):
-                pressure.append(float(np.percentile(file.array("PointData", "pressure", index), 99.5)))
+            for index in _instants(len(file), instants):
                 speeds = np.linalg.norm(file.array("PointData", "velocity", index), axis=1)
                 out = file.array("PointData", "outside", index) != 0
                 speed.append(float(np.percentile(speeds[out] if out.any() else speeds, 98)))
@@ -104,14 +107,31 @@ def looks_of(runs: Sequence[RunFolder]) -> Looks:
     else:
         soft = any(shell.material.damage for run in runs for shell in run.scene.shells)
         shell = Look("damage", "damage D [-]" if soft else "", DAMAGE, 0.0, 1.0, 1.0, loose=True)
-    top = _round_up(max(max(pressure), 1.0))
-    factor, unit = next(((f, u) for f, u in PRESSURES if top * f < 1000), PRESSURES[-1])
     return Looks(
         shell,
-        Look("pressure", f"pressure of fluid [{unit}]", PRESSURE, 0.0, top, 1.0, factor),
+        pressure_look(runs, instants),
         Look("speed", "speed of fluid [m/s]", SPRAY, 0.0, _round_up(max(max(speed), 1e-6)), 1.0),
         Look("density", "density of fluid [kg/m3]", SPRAY, min(densities(runs), default=0.0), max(densities(runs), default=1.0), 1.0),
     )
+
+
+def _instants(frames: int, instants: Sequence[int] | None) -> Sequence[int]:
+    return range(0, frames, max(1, frames // 12)) if instants is None else instants
+
+
+def pressure_look(runs: Sequence[RunFolder], instants: Sequence[int] | None = None) -> Look:
+    """Pressure of fluids, up to what all but a few of the particles under pressure reach at the instants that are shown."""
+    found = [
+        np.asarray(file.array("PointData", "pressure", index), float)
+        for run in runs
+        for file in run.of_kind("fluid")
+        for index in _instants(len(file), instants)
+    ]
+    pressed = np.concatenate([p[p > 0.0] for p in found] or [np.zeros(0)])
+    top = _round_up(max(float(np.percentile(pressed, REACHED)), 1.0)) if len(pressed) else 1.0
+    power = 0.5 if len(pressed) and float(np.median(pressed)) < LOW * top else 1.0
+    factor, unit = next(((f, u) for f, u in PRESSURES if top * f < 1000), PRESSURES[-1])
+    return Look("pressure", f"pressure of fluid [{unit}]", PRESSURE, 0.0, top, 1.0, factor, power=power)
 
 
 def densities(runs: Sequence[RunFolder]) -> set[float]:
@@ -214,6 +234,21 @@ def window(points: np.ndarray, turn: np.ndarray, margin: float = 0.03) -> View:
     return View(low[0] - room, high[0] + room, low[1] - room, high[1] + room, turn)
 
 
+def together(views: Sequence[View]) -> View | list[View]:
+    """One window that holds all, so that a page has one scale; where one of them would be small in it, windows of their own, of one
+    aspect."""
+    sizes = [max(v.x1 - v.x0, v.y1 - v.y0) for v in views]
+    if max(sizes) <= UNLIKE * min(sizes):
+        return View(min(v.x0 for v in views), max(v.x1 for v in views), min(v.y0 for v in views), max(v.y1 for v in views), views[0].turn)
+    aspect = float(np.exp(np.mean(np.log([v.aspect for v in views]))))
+    found = []
+    for v in views:
+        wide = max(v.x1 - v.x0, (v.y1 - v.y0) / aspect)
+        x, y = 0.5 * (v.x0 + v.x1), 0.5 * (v.y0 + v.y1)
+        found.append(View(x - wide / 2, x + wide / 2, y - wide * aspect / 2, y + wide * aspect / 2, v.turn))
+    return found
+
+
 def shown_points(run: RunFolder, instants: Sequence[int]) -> np.ndarray:
     """What an overview is to hold: the held parts of shells, and strikers, fragments and spray not far from them."""
     low, high = box(run)
@@ -296,7 +331,8 @@ def _most(body: BodyFrame, turn: np.ndarray) -> np.ndarray:
 
 def free_strip(run: RunFolder, looks: Looks, field: str, backend: Backend, instants: Sequence[int], subtitle: str, dpi: int) -> Figure:
     """All bodies at some instants where no shell is struck or leaks, fluids coloured by "pressure", "density" or "speed"."""
-    look = {"pressure": looks.pressure, "density": looks.density}.get(field, looks.speed)
+    pressure = pressure_look([run], instants) if len(instants) > 1 else looks.pressure  # a movie has one range
+    look = {"pressure": pressure, "density": looks.density}.get(field, looks.speed)
     turn = _side_view(run)
     everything = [b for i in range(0, len(run.frames().times), max(1, len(run.frames().times) // 12)) for b in bodies_at(run, i)]
     points = [_most(b, turn) if b.form == "particles" else b.points for b in everything]
@@ -337,7 +373,8 @@ def shots_at(run: RunFolder, index: int, looks: Looks, views: dict[str, View], n
 def final_page(run: RunFolder, looks: Looks, backend: Backend, subtitle: str, index: int = -1, dpi: int = 170) -> Figure:
     """The end: overviews from both sides and cut open, then close-ups around what broke."""
     names = ("front", "section", "dry", "back") if run.of_kind("fluid") else ("front", "section", "back")
-    rows = [shots_at(run, index, looks, views_of(run, [index]), names)]
+    now = replace(looks, pressure=pressure_look([run], [index]))
+    rows = [shots_at(run, index, now, views_of(run, [index]), names)]
     s, shells, close = sides(run), [file.name for file in run.of_kind("shell")], []
     for shell in shells:
         whose = f"{shell}, " if len(shells) > 1 else ""
@@ -351,7 +388,7 @@ def final_page(run: RunFolder, looks: Looks, backend: Backend, subtitle: str, in
 
 def strip_page(run: RunFolder, looks: Looks, backend: Backend, subtitle: str, instants: Sequence[int]) -> Figure:
     """Some instants: cut open above; below from behind where it is flat, from the struck side where it is a tank."""
-    views = views_of(run, instants)
+    views, looks = views_of(run, instants), replace(looks, pressure=pressure_look([run], instants))
     outer = "back" if abs(sides(run).direction @ UPRIGHT) > 0.9 else "front"
     columns = [shots_at(run, i, looks, views, ("section", outer), _when(run, i)) for i in instants]
     columns = [columns[0]] + [[replace(s, name=_when(run, i)) for s in c] for c, i in zip(columns[1:], instants[1:], strict=True)]
@@ -360,18 +397,20 @@ def strip_page(run: RunFolder, looks: Looks, backend: Backend, subtitle: str, in
 
 def compare_page(runs: Sequence[RunFolder], names: Sequence[str], title: str, backend: Backend) -> Figure:
     """The ends of several runs side by side, from outside and cut open, to one scale and in the same colours."""
-    looks = looks_of(runs)
+    looks = looks_of(runs, [-1])
     rows: list[list[Shot]] = [[], []]
     boxes = [views_of(run, [-1]) for run in runs]
+    unlike = False
     for name in ("front", "section"):
-        shared = [box[name] for box in boxes]
-        whole = (min(v.x0 for v in shared), max(v.x1 for v in shared), min(v.y0 for v in shared), max(v.y1 for v in shared))
-        for box in boxes:
-            box[name] = View(*whole, box[name].turn)
+        shared = together([box[name] for box in boxes])
+        unlike = unlike or isinstance(shared, list)
+        for k, box in enumerate(boxes):
+            box[name] = replace(shared[k] if isinstance(shared, list) else shared, turn=box[name].turn)
     for run, box, name in zip(runs, boxes, names, strict=True):
         front, section = shots_at(run, -1, looks, box, ("front", "section"), f"{name}, {_when(run, len(run.frames()) - 1)}")
         rows[0].append(front)
         rows[1].append(section)
     if all(shot.view.aspect > 1 for row in rows for shot in row) and len(runs) <= 3:  # tall bodies stand side by side
         rows = [[*rows[0], *rows[1]]]
-    return sheet(rows, title, "at the end of each run, true deformation   ·   broken cells removed", backend)
+    words = "at the end of each run, true deformation   ·   broken cells removed"
+    return sheet(rows, title, words + ("   ·   sizes are unlike: each run to its own scale" if unlike else ""), backend)

@@ -128,16 +128,17 @@ def image(
         elif body.form == "particles":
             if wet is None:
                 continue
-            values, sizes = point_values(body, wet.field), body.point_data["diameter"]
+            values, sizes = wet.shade(point_values(body, wet.field)), body.point_data["diameter"]
             light = {"ambient": 0.35, "diffuse": 0.75}
             for size in np.unique(sizes):
                 own = sizes == size
                 across = float(size) * scale
-                _balls(plotter, points[own], across, scalars=values[own], cmap=wet.colours, clim=(wet.low, wet.high), **light)
+                _balls(plotter, points[own], across, scalars=values[own], cmap=wet.colours, clim=(0.0, 1.0), **light)
         elif body.form == "field":
             if wet is not None and len(body.cells):
                 plane = grid(body, wet, view)
-                plotter.add_mesh(plane, scalars="shown", cmap=wet.colours, clim=(wet.low, wet.high), lighting=False, show_scalar_bar=False)
+                plane["shown"] = wet.shade(plane["shown"])
+                plotter.add_mesh(plane, scalars="shown", cmap=wet.colours, clim=(0.0, 1.0), lighting=False, show_scalar_bar=False)
         elif kept(body).any():
             surface = smooth(body, look, view) if look.loose else grid(body, look, view)
             colours = {"scalars": "shown", "cmap": look.colours, "clim": (look.low, look.high), "show_scalar_bar": False}

@@ -10,17 +10,19 @@ from .base import Frozen
 from .units import Dimensionless
 
 LARGEST = 12_000  # nodes of a group that Newton's method takes on by itself: its factors need memory
+COARSE = 0.5  # rad between the directors of neighbours: more is no longer a bent shell but a fold of its cells
 
 
 class Static(Frozen):
     """Equilibrium instead of motion: the loads grow with the pseudo-time in `increments` equal steps, and each is
     brought to rest until the unbalanced force is below `residual` of the load.
 
-    `method`: "newton", with the stiffness of the form, over limit points by the length of the path; "relaxation", damped motion to where
-    the shell settles. By itself Newton's method where there is a stiffness (not in collocation, not in f32), and relaxation where that
-    finds nothing. "arc" follows the path of the whole load in proportion: `increments` points along it, the first near 1/`increments` of
-    the load and the others at most eight times as far apart, until the whole load is borne; `load` in histories/progress.csv is the part
-    that is borne at a point."""
+    `method`: "newton", with the stiffness of the form, in steps of load, and along the length of the path where no step of load is short
+    enough or would pass an instability; "relaxation", damped motion to where the shell settles. By itself Newton's method where there is a
+    stiffness (not in collocation, not in f32), then the path, and relaxation where neither finds anything; it passes no instability where
+    neighbours have turned apart by more than 0.5 rad, for which the cells are too coarse. "arc" follows the path of the whole load in
+    proportion: `increments` points along it, the first near 1/`increments` of the load and the others at most eight times as far apart,
+    until the whole load is borne; `load` in histories/progress.csv is the part that is borne at a point."""
 
     method: Literal["newton", "arc", "relaxation"] | None = None
     increments: Annotated[StrictInt, Field(ge=1, le=100_000)] = 1

@@ -8,16 +8,60 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 _BY_REGION = "is said of sections: sections = (Section(where=..., {}=...),), where a Box, a Ball or a Group of the mesh"
+_HEAT = "temperature is not followed, but for the plastic heat of solids: JohnsonCook(heat=Heat(...))"
+_JOINED = "bodies are joined by contact, springs and welds alone"
+_FASTENED = f"{_JOINED}; a Spring(between=..., points=..., stiffness=..., radius=...) holds two bodies at a place, and does not fail"
+_GLUED = "what is joined does not part: a Weld(between=...) or springs hold, and a shell breaks by material.damage within itself"
+_REMESH = (
+    "cells stay what they are; broken ones are left out, and a patch with grows = true makes particles where a shell of elements ruptures"
+)
+_FLOWS = "water neither flows in nor out at a boundary; it leaves a tank by its holes and cracks, and the volume is there at the start"
+_STILL = "water has no turbulence model and no viscosity of its own, only the artificial one, alpha"
 _PAIR = "is said of a pair of bodies: Meeting(between=(one, other), {})"
 
 NOT_YET: dict[str, dict[str, str]] = {
     "Scene": {
-        "temperature": "temperature is not followed",
-        "thermal": "temperature is not followed",
-        "heat": "temperature is not followed",
-        "beams": "there are shells, solids, rigid bodies and fluids; no beams",
-        "joints": "bodies are joined by contact, springs and welds alone; no joints",
+        "temperature": _HEAT,
+        "initial_temperature": _HEAT,
+        "thermal": _HEAT,
+        "heat": _HEAT,
+        "beams": "there are shells, solids, rigid bodies and fluids; no beams; a stiffener is a shell, welded on",
+        "trusses": "there are no bars; a Spring(only='pull') is a cable, one with both signs a bar",
+        "joints": f"{_JOINED}; no joints: a Weld of two shells is a hinge along their common nodes, a Spring ties two points",
+        "hinges": f"{_JOINED}; no hinges by name: a Weld of two shells carries no moments, so it is a hinge, and an edge turns where "
+        "motions leave spin free: PrescribedVelocity(velocity=(0, 0, 0), spin=(None, None, None))",
+        "rivets": _FASTENED,
+        "bolts": f"{_FASTENED}; preload is its tension",
+        "pretension": "a Spring has a preload; there is no other",
+        "fasteners": _FASTENED,
+        "connectors": _FASTENED,
+        "cohesive": _GLUED,
+        "cohesive_zones": _GLUED,
+        "glue": _GLUED,
+        "adhesive": _GLUED,
+        "tiebreak": _GLUED,
         "constraints": "nodes are held by motions alone; no constraints between nodes",
+        "mpc": "nodes are held by motions alone; no constraints between nodes",
+        "rigid_links": "nodes are held by motions alone; no constraints between nodes; a heavy part is a rigid body on springs",
+        "inflow": _FLOWS,
+        "outflow": _FLOWS,
+        "inlet": _FLOWS,
+        "outlet": _FLOWS,
+        "periodic": "no boundary is periodic; a Wall is a plane of symmetry for water, motions are one for shells",
+        "turbulence": _STILL,
+        "surface_tension": "water has no surface tension",
+        "remesh": _REMESH,
+        "remeshing": _REMESH,
+        "adaptive": _REMESH,
+        "erosion": "cells break by their law of damage alone: material.damage with critical_damage",
+        "airbag": "a gas keeps its mass: Gas(body=..., pressure=...) fills a closed shell; nothing blows it up",
+        "wind": "air is not computed; give its load as SurfacePressure(value=..., history=...)",
+        "body_forces": "gravity alone acts on all bodies; forces act on nodes",
+        "ale": "fluids are particles; there is no grid",
+        "euler": "fluids are particles; there is no grid",
+        "restart": "a run is gone on with by the command taichi-sph resume DIR",
+        "hourglass": "the forms have no hourglass control; galerkin.stabilisation holds its particles",
+        "subcycling": "a body takes steps of its own by every, there is no key for all",
         "mass_scaling": "masses are what they are; the step follows from the spacing",
         "damping": "there is no damping of whole bodies; springs may damp, and static finds equilibrium",
     },
@@ -29,13 +73,62 @@ NOT_YET: dict[str, dict[str, str]] = {
         "prestress": "a shell starts without stress",
         "initial_stress": "a shell starts without stress",
         "erosion": "cells break by their law of damage: material.damage with critical_damage",
+        "temperature": _HEAT,
+        "damping": "there is no damping of whole bodies; springs may damp, and static finds equilibrium",
+        "hourglass": "the forms have no hourglass control; galerkin.stabilisation holds its particles",
+        "integration_points": "the section is integrated in closed form, or in material.strength.layers",
+        "hinges": "an edge turns where motions leave spin free; two shells turn about their Weld, which carries no moments",
+        "remesh": _REMESH,
+        "imperfections": "nodes are where the surface has them; give a Net or a MeshFile with the imperfection, or a small force aside",
+        "cohesive": _GLUED,
     },
-    "Rigid": {},
+    "Solid": {
+        "temperature": _HEAT,
+        "erosion": "cells break by their law of damage: material.damage with critical_damage",
+        "remesh": _REMESH,
+        "hourglass": "trilinear.stabilisation holds the cells",
+        "prestress": "a solid starts without stress",
+        "initial_stress": "a solid starts without stress",
+        "cohesive": _GLUED,
+        "pressure": "pressures act on shells alone; forces act on solids: NodalForce(body=..., total=...)",
+    },
+    "Rigid": {
+        "deformable": "a rigid body keeps its shape; make it a Solid",
+        "temperature": _HEAT,
+        "joints": f"{_JOINED}; springs hold a rigid body at any point of it",
+        "hinges": f"{_JOINED}; driven = Driven(velocity=(0, 0, 0), spin=...) turns a rigid body about its centre",
+        "added_mass": "water around a rigid body is computed; Drag(between=...) is its resistance where the water is too coarse",
+    },
+    "Gas": {
+        "temperature": "the gas has a pressure and an exponent: pressure (V_0 / V)^exponent",
+        "inflow": "the gas keeps its mass",
+        "leak": "the gas keeps its mass, and its shell neither breaks nor has holes",
+    },
+    "Weld": {
+        "strength": "a weld does not fail",
+        "failure": "a weld does not fail",
+        "moment": "a weld carries forces and no moments",
+        "stiffness": "a weld is stiff; a Spring has a stiffness",
+    },
+    "Spring": {
+        "failure": "a spring does not fail",
+        "strength": "a spring does not fail",
+        "rotation": "a spring pulls along its line; there is none that turns",
+        "curve": "a spring is linear: stiffness, preload, and only = 'pull' or 'push'",
+    },
     "Fluid": {
         "viscosity": "water has no viscosity of its own, only the artificial one, alpha",
         "surface_tension": "water has no surface tension",
-        "temperature": "temperature is not followed",
+        "temperature": "temperature of water is not followed",
         "inflow": "water does not flow in; what is there is there at the start",
+        "outflow": _FLOWS,
+        "inlet": _FLOWS,
+        "outlet": _FLOWS,
+        "periodic": "no boundary is periodic; a Wall is a plane of symmetry",
+        "turbulence": _STILL,
+        "slip": "water slides along walls and shells; there is no other boundary",
+        "cavitation": "water does not boil; Water(tension=...) is the most tension that it bears",
+        "air": "air is not computed; a Gas fills what the water leaves of a closed shell",
     },
     "PinballContact": {
         "type": "there is one kind of contact, pinballs with multipliers; no penalty, no surface to surface",
@@ -59,7 +152,10 @@ NOT_YET: dict[str, dict[str, str]] = {
         "friction": "water slides along a wall",
     },
     "Material": {
-        "thermal_expansion": "temperature is not followed",
+        "thermal_expansion": _HEAT,
+        "conductivity": _HEAT,
+        "viscoelasticity": "materials are elastic, of metal, concrete or brittle; none relaxes",
+        "hyperelastic": "materials are elastic (St. Venant-Kirchhoff), of metal, concrete or brittle",
         "orthotropy": "materials are isotropic",
         "fibre": "materials are isotropic",
         "e1": "materials are isotropic",
@@ -81,6 +177,17 @@ NOT_YET: dict[str, dict[str, str]] = {
 
 ELSEWHERE: dict[str, dict[str, str]] = {
     "Scene": {
+        "spotwelds": "are welds of shells: Weld(between=(one, other), radius=...) joins nodes that stand within the radius",
+        "explosives": "are solids of a material that burns: Solid(material=..., detonation=(Detonation(...),))",
+        "blast": "is the history of a pressure: SurfacePressure(value=..., history=Friedlander(...))",
+        "cables": "are springs: Spring(only='pull')",
+        "dampers": "are springs: Spring(stiffness=0, damping=...)",
+        "symmetry": "is a motion: PrescribedVelocity holds the component across the plane, and spin about the axes in it",
+        "probes": "is output.probes",
+        "frames": "is output.frames",
+        "spacing": "is numerics.spacing",
+        "buckling": "is static: Static(method='arc') follows the path over the limit; modes are those of the unloaded scene",
+        "frequencies": "is modes: Modes(count=...)",
         "friction": _PAIR.format("friction=..."),
         "ties": "are welds: Weld(between=(one, other))",
         "contacts": "is numerics.contact, and meetings for pairs of bodies",
@@ -156,12 +263,22 @@ KINDS: dict[str, dict[str, str]] = {  # by a kind that stands beside them
 }
 
 
+def _plain(key: str) -> str:
+    """A key without what writers differ in: spot_welds, SpotWeld and spotweld are one."""
+    return key.lower().replace("_", "").replace("-", "").rstrip("s")
+
+
+def _of(table: dict[str, dict[str, str]], cls: type, key: str) -> str:
+    said = table.get(cls.__name__, {})
+    return said.get(key.lower()) or next((why for known, why in said.items() if _plain(known) == _plain(key)), "")
+
+
 def key_said(owner: type | None, key: str) -> str:
     """What a sentence says of a key that a class does not have; empty where nothing is known of it."""
     for cls in owner.__mro__ if owner else ():
-        if why := NOT_YET.get(cls.__name__, {}).get(key.lower()):
+        if why := _of(NOT_YET, cls, key):
             return f"not possible yet: {why}"
-        if where := ELSEWHERE.get(cls.__name__, {}).get(key.lower()):
+        if where := _of(ELSEWHERE, cls, key):
             return where
     return ""
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from taichi_sph.errors import SceneError
 from taichi_sph.output import results
-from taichi_sph.output.answer import answer, in_words, quantity_text
+from taichi_sph.output.answer import answer, equilibrium, in_words, open_balance, quantity_text
 from taichi_sph.output.folder import RunFolder
 from taichi_sph.output.record import scene_hash, write_record
 from taichi_sph.output.summary import judged
@@ -65,6 +66,9 @@ def test_answer(run: RunFolder) -> None:
 def test_a_balance_that_does_not_close_is_warned_of(run: RunFolder, residual: float | None, warned: bool) -> None:
     text = "\n".join(answer(run, run.summary | {"closed_residual_percent": residual}))
     assert ("do not trust these numbers yet, take a finer spacing" in text) == warned
+    assert ("55 us ± 1 us: met, but do not trust it yet)" in text) == warned and "55 us ± 1 us: met" in text
+    static = open_balance(residual, True)  # the work of a search is summed from one equilibrium to the next
+    assert "not trust" not in static and ("the error of the work" in static) == warned
 
 
 @pytest.mark.parametrize(
@@ -157,3 +161,35 @@ def test_folders_that_are_no_runs(tmp_path: Path) -> None:
         RunFolder(tmp_path / "none")
     with pytest.raises(SceneError, match="not a run folder"):
         _ = RunFolder(tmp_path).scene
+
+
+@pytest.mark.parametrize(
+    ("method", "last", "said", "doubted"),
+    [
+        (None, {"newton_steps": 46}, ["Equilibrium by Newton's method (46 factorisations)."], False),
+        ("arc", {"newton_steps": 1}, ["Equilibrium by the path of the load (1 factorisation)."], False),
+        (
+            None,
+            {"newton_steps": 40, "path_points": 7, "relaxation_steps": 900},
+            ["Newton's method (40 factorisations), then the length of the path (7 points), where no step of load was short enough"],
+            False,
+        ),
+        (None, {"newton_steps": 9, "unstable": 1}, ["Do not trust this equilibrium yet: it is unstable, the least push"], True),
+        ("arc", {"newton_steps": 9, "unstable": 1}, ["The last point of the path is unstable"], False),
+        ("arc", {"newton_steps": 9, "load": 0.25}, ["Not all of the load is borne: 25 % at the end, 50 % at the most."], False),
+        (None, {"newton_steps": 9, "turn_per_cell": 1.05}, ["neighbours have turned apart by 60 degrees: take a finer spacing"], True),
+    ],
+)
+def test_an_equilibrium_says_how_it_was_found_and_when_it_is_none(method, last, said, doubted) -> None:
+    end = {"newton_steps": 0, "path_points": 0, "relaxation_steps": 0, "load": 1.0, "unstable": 0, "turn_per_cell": 0.1} | last
+
+    class Progress(dict):
+        columns = list(end)
+
+        def __len__(self) -> int:
+            return 2
+
+    progress = Progress({name: np.array([0.5 if name == "load" else 0.0, value], float) for name, value in end.items()})
+    run = SimpleNamespace(history=lambda _: progress, scene=SimpleNamespace(static=SimpleNamespace(method=method)))
+    lines, found = equilibrium(run)
+    assert found == doubted and all(any(part in line for line in lines) for part in said), lines

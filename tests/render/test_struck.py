@@ -228,6 +228,54 @@ def test_the_striker_hides_what_is_behind_it(runs) -> None:
     assert s.front is not None
 
 
+def pressed(*pressures: np.ndarray) -> panel.Look:
+    """The look of a run whose frames have these pressures [Pa]."""
+    frames = [(np.asarray(p), np.zeros(len(p))) for p in pressures]
+
+    class File(list):
+        def array(self, _, name: str, index: int) -> np.ndarray:
+            return self[index][0]
+
+    class Run:
+        def of_kind(self, kind: str) -> list:
+            return [File(frames)] if kind == "fluid" else []
+
+    return struck.pressure_look([Run()])
+
+
+def test_water_at_rest_is_a_gradient_and_a_shock_beside_it_does_not_hide_it() -> None:
+    rest, shock = np.linspace(0.0, 2e3, 500), np.full(60, 1e5)
+    alone = pressed(rest)
+    assert (alone.power, alone.high) == (1.0, 2e3) and np.ptp(alone.shade(rest)) > 0.95
+    one = pressed(np.append(rest, 1e8))  # a particle alone does not decide
+    assert one.high == 2e3
+    both = pressed(rest, np.concatenate([rest, shock]))
+    assert both.high == 1e5 and both.power == 0.5 and np.ptp(both.shade(rest)) > 0.12
+    assert both.bar().vmax == pytest.approx(1e5 * both.shown)
+    # pale ends of the two quantities of water: far apart in colour
+    pale = [np.array(colours(0.1)[:3]) for colours in (panel.PRESSURE, panel.SPRAY)]
+    assert np.abs(pale[0] - pale[1]).max() > 0.25
+
+
+def test_no_legend_of_what_is_not_drawn(runs) -> None:
+    looks, bodies = struck.looks_of([runs["full"]]), struck.bodies_at(runs["full"], 0)
+    inside = [b for b in bodies if b.form != "particles"] + [struck.chosen(b, b.outside) for b in bodies if b.form == "particles"]
+    shot = Shot(inside, panel.View(0, 1, 0, 1), "", looks.shell, looks.speed)
+    assert looks.speed not in shot.looks
+
+
+def test_runs_of_unlike_sizes_have_windows_of_their_own() -> None:
+    small, large = panel.View(0, 0.1, 0, 0.05), panel.View(-10, 10, 3, 9)
+    assert struck.together([small, small]) == small
+    near = struck.together([small, panel.View(0.1, 0.4, 0, 0.02)])
+    assert (near.x0, near.x1, near.y0, near.y1) == (0, 0.4, 0, 0.05)
+    one, two = struck.together([small, large])
+    assert one.aspect == pytest.approx(two.aspect)
+    for view, own in ((one, small), (two, large)):
+        assert view.x0 <= own.x0 + 1e-12 and view.x1 >= own.x1 - 1e-12 and view.y0 <= own.y0 + 1e-12 and view.y1 >= own.y1 - 1e-12
+        assert view.x1 - view.x0 < 2 * max(own.x1 - own.x0, own.y1 - own.y0)
+
+
 @pytest.mark.parametrize("metres, text", [(2.0, "2 m"), (0.05, "50 mm"), (5e-4, "500 µm")])
 def test_lengths_in_words(metres: float, text: str) -> None:
     assert length_text(metres) == text

@@ -80,6 +80,12 @@ class Loads(Pool):
         runtime.put(nodes.fixed, fixed)
         self.supports = Supports(nodes, fixed, len(motions), f"{self.name}.supports")
 
+    def share(self, forces: Sequence, moments: Sequence) -> None:
+        """Other values on the same nodes, at the start."""
+        for load, entries in zip(self.given(), [entries for entries in (forces, moments) if entries]):
+            load.put(entries)
+        self.set(0.0)
+
     def given(self) -> list["NodalLoad"]:
         """Forces and moments, where there are any."""
         return [*([self.force] if self.pushes else []), *([self.moment] if self.twists else [])]
@@ -108,7 +114,6 @@ class NodalLoad(Pool):
         super().__init__(name)
         self.curves = curves
         node = np.concatenate([i for i, _, _ in entries])
-        value = np.concatenate([f for _, f, _ in entries])
         curve = np.concatenate([np.full(len(i), curves.number(curve), np.int32) for i, _, curve in entries])
         order = np.argsort(node, kind="stable")  # those of one node side by side, in the order of the scene
         loaded, first = np.unique(node[order], return_index=True)
@@ -120,8 +125,13 @@ class NodalLoad(Pool):
         self.curve = self.field("curve", len(node), dtype="i32", doc="number of its history")
         runtime.put(self.node, loaded.astype(np.int32))
         runtime.put(self.first, np.append(first, len(node)).astype(np.int32))
-        runtime.put(self.value, value[order])
         runtime.put(self.curve, curve[order])
+        self.put(entries)
+
+    def put(self, entries: Sequence) -> None:
+        """The values of all entries."""
+        order = np.argsort(np.concatenate([i for i, _, _ in entries]), kind="stable")
+        runtime.put(self.value, np.concatenate([f for _, f, _ in entries])[order])
 
     def set(self, time: float) -> None:
         """Sum the entries at `time`."""

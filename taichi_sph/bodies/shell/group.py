@@ -93,6 +93,12 @@ class ShellGroup(Rest):
         self.sound = np.array([max(float(np.sqrt(m.young / m.density / (1 - m.poisson**2))) for m in of) for of in materials])
         self.stable: StableStep
 
+    def share_loads(self, areas: np.ndarray) -> None:
+        """Forces and moments, shared by other areas (N,) of the nodes [m2]."""
+        mass = runtime.get(self.nodes.mass, self.nodes.n).astype(np.float64)
+        forces = list(node_forces(self.scene, self.shells, areas, mass, self.nodes.dim))
+        self.loads.share(forces, list(node_moments(self.scene, self.shells, areas)))
+
     def start(self) -> None:
         """Velocities and the stable step, once all bodies are there."""
         runtime.put(self.nodes.v, initial_velocity(self.scene, self.shells, self.nodes.dim))

@@ -174,14 +174,15 @@ class Galerkin(Pool):
             self.t_turn = self.field("t_turn", self.rows.pairs, unit="1/m", doc="b_ij of the transposed pairs")
             turns(self, self.n_edges, self.nodes.n)
 
-    def areas(self, mesh: SurfaceMesh, of_cells: np.ndarray | None = None) -> np.ndarray:
+    def areas(self, mesh: SurfaceMesh, of_cells: np.ndarray | None = None, dead: np.ndarray | None = None) -> np.ndarray:
         """(N,) what a pressure of one, or of of_cells (M,), on all cells gives each node [m2] (bearing.py). Total and centre of each cell
-        are kept, for the rows reproduce linear fields."""
+        are kept, for the rows reproduce linear fields. dead (M,) bool: cells that are cut, and bear nothing."""
         import scipy.sparse
 
         there = mesh.edges.cell_edges >= 0
         areas = mesh.areas if of_cells is None else mesh.areas * of_cells
-        of_sides = (areas[:, None] * bearing(mesh))[there]
+        areas = areas if dead is None else np.where(dead, 0.0, areas)
+        of_sides = (areas[:, None] * bearing(mesh, dead))[there]
         of_edges = np.bincount(mesh.edges.cell_edges[there], of_sides, minlength=self.n_edges)
         coef, source = (runtime.get(field, self.rows.pairs) for field in (self.rows.coef, self.rows.source))
         start = runtime.get(self.rows.start, self.rows.n + 1)

@@ -13,7 +13,7 @@ from ...geometry.cuts import cells_cut
 from ...pool import Pool
 from ...scene.schema import Scene
 from ..body import Entries, Group, Now
-from ..shell.build import Model, alike
+from ..shell.build import Model, alike, quarters
 from ..shell.group import ShellGroup
 from ..shell.parts import Part
 from ..shell.pressure import BOOK, START, Pressed
@@ -28,6 +28,8 @@ from .rupture import Rupture
 from .spin_filter import SpinFilter
 from .tangent import Tangent
 from .viscosity import PairViscosity
+
+NOTHING = 1e-9  # of the mean area of a node
 
 
 def groups(scene: Scene, others: Sequence[Group] = (), own: Sequence[Shell] = ()) -> list[ParticleShells]:
@@ -54,6 +56,8 @@ class ParticleShells(ShellGroup):
     def start(self) -> None:
         """Cuts, velocities and the stable step, once all bodies are there."""
         self.rupture.cut(self.cut_cells)
+        if len(self.cut_cells) and (self.loads.pushes or self.loads.twists) and self._by_cells:
+            self.share_loads(self._areas_beside_cuts())
         super().start()
 
     def _dampers(self) -> list[Damper]:
@@ -85,10 +89,27 @@ class ParticleShells(ShellGroup):
         """Where the shell bends, what pressures come with. In its plane nothing pushes by cells, and the border of a patch is no rim:
         quarters do."""
         own = super().areas_of_nodes(of_cells)
-        if not (isinstance(self.internal, Galerkin) and self.nodes.bends) or self.shells[0].split is not None:
+        if not self._by_cells:
             return own
         found = self.internal.areas(self.mesh, of_cells)
         return np.concatenate([kept_positive(found[body.nodes.rows], own[body.nodes.rows]) for body in self.shells])
+
+    @property
+    def _by_cells(self) -> bool:
+        """Whether nodes own what pressures come with."""
+        return isinstance(self.internal, Galerkin) and self.nodes.bends and self.shells[0].split is None
+
+    def _areas_beside_cuts(self) -> np.ndarray:
+        """(N,) areas [m2] by which nodes share in a NodalForce where cells are cut: those of a mesh without these cells."""
+        dead = np.zeros(len(self.mesh.cells), bool)
+        dead[self.cut_cells] = True
+        found, own = self.internal.areas(self.mesh, None, dead), quarters(self.shells, (~dead).astype(np.float64))
+        for body in self.shells:
+            rows = body.nodes.rows
+            loose = own[rows] <= 0.0  # nodes without a live cell bear nothing to speak of
+            found[rows][loose] = NOTHING * own[rows].mean()
+            found[rows][~loose] = kept_positive(found[rows][~loose], own[rows][~loose])
+        return found
 
     def stiffness(self) -> Tangent | None:
         able = isinstance(self.internal, Galerkin) and runtime.current().real == runtime.ti.f64

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .... import runtime
+from ....scene.instead import COARSE
 from ..pressure import LEAVE
 from .freedom import Freedom, Stiffness, freedom
 
@@ -25,11 +26,30 @@ if TYPE_CHECKING:
     from ..group import ShellGroup
 
 ITERATIONS = 14  # of one step, at most
+STALLED = 5  # of them without a smaller residual: a step of load that is given up
 WANTED = 5  # iterations of a good step: the next one is longer where it took fewer
 TURN = 0.7  # rad, that a director turns in one iteration at most
 FAR = 1.2  # rad, in one step: farther away it may be another branch of the path
 SHORTEST = 1e-4  # of an increment: shorter steps are given up
 GROWTH = 2.0  # of a step over the one before, at most
+START = 0.02  # of the loads: the first step along a path where no step of load came to rest
+FARTHEST = 8.0  # the longest step along a path over its first one
+
+
+def turn_per_cell(group: ShellGroup, d: np.ndarray | None = None) -> float:
+    """The most that the angle between the directors of two corners of a cell has grown [rad]; d (N, 3): their changes, by themselves those
+    of now."""
+    if not group.nodes.bends:
+        return 0.0
+    n = group.nodes.n
+    N = runtime.get(group.nodes.N, n).astype(np.float64)
+    now, most = N + (runtime.get(group.nodes.d, n) if d is None else d), 0.0
+    for k in range(4):
+        i, j = group.mesh.cells[:, k], group.mesh.cells[:, (k + 1) % 4]
+        i, j = np.where(i < 0, group.mesh.cells[:, 0], i), np.where(j < 0, group.mesh.cells[:, 0], j)
+        angle = [np.arccos(np.clip(np.einsum("mi,mi->m", of[i], of[j]), -1.0, 1.0)) for of in (now, N)]
+        most = max(most, float((angle[0] - angle[1]).max(initial=0.0)))
+    return most
 
 
 @dataclass
@@ -73,10 +93,13 @@ class Direction:
 
 
 class Path:
-    """Equilibria of a group from one load to another. iterations: factorisations so far; limits: loads s at which the path turned back."""
+    """Equilibria of a group from one load to another. iterations: factorisations so far; limits: loads s at which the path turned back;
+    points: how many equilibria were reached along its length, where no step of load was short enough."""
 
-    def __init__(self, group: ShellGroup, tangent: Stiffness, loads: Loads, tolerance: np.ndarray, room: int):
-        """tolerance (B,) [N] of the unbalanced force of each body; room: iterations that may be spent."""
+    def __init__(self, group: ShellGroup, tangent: Stiffness, loads: Loads, tolerance: np.ndarray, room: int, wary: bool = False):
+        """tolerance (B,) [N] of the unbalanced force of each body; room: iterations that may be spent; wary: no limit point is passed where
+        neighbours have turned apart by more than `COARSE`."""
+        self.wary = wary
         self.group, self.loads, self.tolerance, self.room = group, loads, tolerance, room
         self.tangent = tangent
         self.iterations = 0
@@ -85,6 +108,7 @@ class Path:
         self.residual = np.full(len(group.shells), np.inf)
         self.unstable = False
         self.limits: list[float] = []
+        self.points = 0
 
     def here(self) -> State:
         """The state of the nodes, at s = 0."""
@@ -222,10 +246,14 @@ class Path:
         free = self._free(state)
         unbalanced = self._unbalanced(state, free)
         first = float(np.linalg.norm(unbalanced))
-        for _ in range(ITERATIONS):
+        least, when = np.inf, 0  # the smallest residual after a step, and the step
+        for k in range(ITERATIONS):
             if (self.residual < self.tolerance).all():
                 return state
-            if not np.linalg.norm(unbalanced) < 1e8 * max(first, 1e-300) or self._spent():
+            size = float(np.linalg.norm(unbalanced))
+            if k > 0 and size < least:
+                least, when = size, k
+            if not size < 1e8 * max(first, 1e-300) or k - when > STALLED or self._spent():
                 raise Lost
             step = self.factor(state, free)(unbalanced)
             step *= self._shorter(free, step)
@@ -245,31 +273,46 @@ class Path:
     def climb(self, state: State, reached: Callable[[State], None]) -> State:
         """From s = 0 to s = 1, by loads, and by length where no step of load is short enough; Lost where both are. `reached` is told of
         every equilibrium on the way."""
-        ds = 1.0
+        ds, gone = 1.0, 0.0  # the next step of load; the length of the longest one that came to rest
+        stable = not self.unstable  # at the start
         while state.s < 1.0:
             s = min(1.0, state.s + ds)
             try:
                 after = self.at(state, 1.0 if s > 1.0 - SHORTEST else s)
-                if not self._same_branch(state, after):
+                if not self._same_branch(state, after) or (stable and self.unstable):
                     raise Lost
             except Lost:
                 ds *= 0.25
                 if self._spent():
                     raise
                 if ds < SHORTEST:
-                    return self._over(state, reached)
+                    if self.wary and turn_per_cell(self.group, state.d) > COARSE:
+                        raise
+                    return self._over(state, reached, gone)
             else:
+                gone = max(gone, self._apart(state, after))
                 state = after
                 reached(state)
                 ds *= GROWTH
         return state
 
-    def _over(self, state: State, reached: Callable[[State], None]) -> State:
-        """To s = 1 along the path, over limit points."""
+    def _apart(self, before: State, after: State) -> float:
+        """The length from one state to another, as `_inner` measures moves."""
+        moves = np.concatenate([(after.u - before.u) / self.size, after.d - before.d], axis=1)
+        return float(np.sqrt(np.sum(moves**2) / self.group.nodes.n))
+
+    def _over(self, state: State, reached: Callable[[State], None], gone: float) -> State:
+        """To s = 1 along the path, over limit points. The first step is no longer than `gone`, what a step of load went (0: none did):
+        near a limit point a share of the load would be a long way."""
         direction = self.direction(state, None)
-        length = 0.02 / abs(direction.load)
+        length = START / max(abs(direction.load), 1e-300)
+        if gone > 0.0:
+            length = min(length, gone)
+        longest = max(gone, FARTHEST * length if gone == 0.0 else 0.0)
         while True:
             state, direction, length = self.step(state, direction, length)
+            length = min(length, longest)
+            self.points += 1
             reached(state)
             if state.s == 1.0:
                 return state

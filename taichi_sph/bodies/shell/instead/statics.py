@@ -18,7 +18,7 @@ from .... import runtime
 from ....errors import RunStopped
 from ....pool import Pool
 from ....runtime import ti
-from ....scene.instead import LARGEST, Static
+from ....scene.instead import COARSE, LARGEST, Static
 from ....scene.plausible import follows
 from ...nodal.loads import undrilled
 from ...nodal.nodes import body_of
@@ -26,7 +26,7 @@ from ..build import by_node
 from ..pressure import LEAVE
 from ..stable_dt import largest_frequencies
 from .freedom import Stiffness
-from .newton import Direction, Loads, Lost, Path, State
+from .newton import FARTHEST, Direction, Loads, Lost, Path, State, turn_per_cell
 
 if TYPE_CHECKING:
     from ...body import Clocked
@@ -34,13 +34,12 @@ if TYPE_CHECKING:
 
 LOOK = 25  # steps between two looks at residual and damping
 ROOM = 1000  # factorisations of an increment
-FARTHEST = 8.0  # the longest step along a path over its first one
 
 
 class Statics:
     """Brings all shells to equilibrium, increment by increment of the loads; they do not act on each other."""
 
-    units: dict[str, str] = {}
+    units = {"turn_per_cell": "rad"}
 
     def __init__(self, world: "Clocked", groups: "Sequence[ShellGroup]", static: Static):
         self.increments, self.static = static.increments, static
@@ -70,13 +69,17 @@ class Statics:
         return f"{self.increments} {'steps along the path' if self.static.method == 'arc' else 'equal load increments'}"
 
     def status(self) -> dict[str, float]:
-        """load: the part of the whole load that is borne; unstable: how many groups stand where the least push would move them on."""
+        """load: the part of the whole load that is borne; path_points: equilibria that were reached along the length of the path;
+        turn_per_cell: by how much directors of neighbours have turned apart; unstable: how many groups stand where the least push would
+        move them on."""
         many = self.relaxations
         return {
             "relaxation_steps": self.steps,
             "newton_steps": sum(one.iterations for one in many),
+            "path_points": sum(one.points for one in many),
             "residual": float(max(one.residual.max() for one in many)),
             "load": min(one.level for one in many),
+            "turn_per_cell": max(turn_per_cell(one.group) for one in many),
             "unstable": sum(int(one.unstable) for one in many),
         }
 
@@ -86,7 +89,7 @@ class Relaxation(Pool):
     moves as if it were alone."""
 
     kept = (
-        *("steps", "iterations", "load", "residual", "work", "u", "force", "director", "moment", "pressure"),
+        *("steps", "iterations", "points", "load", "residual", "work", "u", "force", "director", "moment", "pressure"),
         *("level", "unstable", "onward", "onward_load", "length", "longest"),
     )
 
@@ -124,7 +127,7 @@ class Relaxation(Pool):
         runtime.put(self.spacing, np.array([body.mesh.spacing for body in group.shells]))
         self.load = np.zeros(bodies)  # norm of the applied load
         self.residual = np.zeros(bodies)
-        self.steps, self.iterations = 0, 0
+        self.steps, self.iterations, self.points = 0, 0, 0
         self.level, self.unstable = 0.0, False
         self.work = 0.0  # J, of the loads: trapezoidal over the increments, which start from no load
         # of the increment before: displacements [m], forces [N], directors, moments [N m]; those at rest before the first
@@ -183,37 +186,51 @@ class Relaxation(Pool):
             (before[2], self._pressures(time)) if group.pressures is not None else None,
         ]
         assert self.tangent is not None
-        return Path(group, self.tangent, Loads(*pairs), self.load, ROOM)
+        return Path(group, self.tangent, Loads(*pairs), self.load, ROOM, self.method == "both")
 
     def _climb(self, time: float) -> bool:
         """Newton's method to the loads of a time; False where relaxation has to take over, from the last equilibrium it found."""
         path = self._path((self.force, self.moment, self.pressure), time)
         start = path.here()
         self.load = np.maximum(self.load, path.weigh(replace(start, s=1.0)))
-        path.tolerance = self.tolerance * self.load
-        last = [start]
+        path.tolerance, path.unstable = self.tolerance * self.load, self.unstable
+        unstable = self.unstable
+        sure, books = [start], [self._booked()]  # the last equilibrium that a step of load found
 
         def reached(state: State) -> None:
             path.put(state)
             self._reached(Loads.between(path.loads.pressures, state.s))
-            last.append(state)
+            if path.points == 0:
+                sure.append(state)
+                books.append(self._booked())
 
         try:
             path.climb(start, reached)
             found = True
         except Lost:
-            path.put(replace(last[-1], s=1.0 if self.method == "both" else last[-1].s))
             found = False
         self._count(path)
-        if not found and self.method == "newton":
-            done = self.level + last[-1].s * (time / self.group.scene.duration - self.level)
-            self.level = done
-            raise RunStopped(
-                f"shell '{self._worst()}': Newton's method found no equilibrium beyond {done:.4g} of the load;"
-                " static.method = 'arc' follows the path over a limit point, 'relaxation' goes where the shell would settle",
-                goes_on=True,
-            )
-        return found
+        if found:
+            return True
+        state = sure[-1]
+        self.unstable = unstable
+        self.work, self.u, self.force, self.director, self.moment, self.pressure = books[-1]
+        coarse = _coarse(turn_per_cell(self.group, state.d))
+        if self.method == "both" and not coarse:
+            path.put(replace(state, s=1.0))
+            return False
+        worst = self._worst()
+        self.residual = path.weigh(state) / np.maximum(self.load, 1e-300)
+        self.level += state.s * (time / self.group.scene.duration - self.level)
+        raise RunStopped(
+            f"shell '{worst}': Newton's method found no equilibrium beyond {self.level:.4g} of the load{coarse};"
+            " static.method = 'arc' follows the path over a limit point, 'relaxation' goes where the shell would settle",
+            goes_on=True,
+        )
+
+    def _booked(self) -> tuple:
+        """What `_book` goes on from."""
+        return self.work, self.u, self.force, self.director, self.moment, self.pressure
 
     def _follow(self, duration: float) -> None:
         """One step along the path of loads in proportion; where all of them are borne, the path has ended."""
@@ -235,8 +252,9 @@ class Relaxation(Pool):
         except Lost:
             path.put(start)
             self._count(path)
+            coarse = _coarse(turn_per_cell(self.group, start.d))
             raise RunStopped(
-                f"shell '{self._worst()}': the path cannot be followed beyond {self.level:.4g} of the load; it may branch there:"
+                f"shell '{self._worst()}': the path cannot be followed beyond {self.level:.4g} of the load{coarse}; it may branch there:"
                 " use more static.increments, or static.method = 'relaxation'",
                 goes_on=True,
             ) from None
@@ -247,6 +265,7 @@ class Relaxation(Pool):
 
     def _count(self, path: Path) -> None:
         self.iterations += path.iterations
+        self.points += path.points
         self.world.step += path.iterations
         self.residual = path.residual / np.maximum(self.load, 1e-300)
         self.unstable = path.unstable
@@ -350,6 +369,15 @@ class Relaxation(Pool):
         if damping:
             runtime.put(self.damping, np.array(damping))
         return self._since > 1 and bool((self.residual < self.tolerance).all())
+
+
+def _coarse(turn: float) -> str:
+    """A remark where cells are too coarse for what the shell turns [rad]: the path of the equations turns back there, not that of the
+    shell."""
+    if turn < COARSE:
+        return ""
+    angle = np.degrees(turn)
+    return f", where neighbours have turned apart by {angle:.0f} degrees: take a finer spacing, or spread the load over more rows of nodes"
 
 
 @ti.kernel
