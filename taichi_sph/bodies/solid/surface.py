@@ -33,8 +33,7 @@ class SolidPoints(Pool):
         self.wet = self.field("wet", len(group.solids), dtype="i32", doc="1: water meets this solid")
         for number, solid in enumerate(group.solids):
             self.wet[number] = int(meets(solid.name))
-        own = np.isin(np.arange(len(group.mesh.points)), np.concatenate([_rows(s) for s in group.solids if meets(s.name)]))
-        own &= group.mesh.node_areas > 0
+        own = np.concatenate([np.full(s.nodes.n, meets(s.name)) for s in group.solids]) & (group.mesh.node_areas > 0)
         density = np.concatenate([np.full(s.nodes.n, s.said.material.density) for s in group.solids])
         self.lightest = float((density[own] * group.mesh.node_volumes[own] / group.mesh.node_areas[own]).min(initial=np.inf))
 
@@ -47,10 +46,6 @@ class SolidPoints(Pool):
     def bear(self, points: SurfacePoints, first: int, times: int) -> None:
         if times:
             _bear(points, self, first, self.skin.n, times)
-
-
-def _rows(solid: "SolidGroup") -> np.ndarray:
-    return np.arange(solid.nodes.first, solid.nodes.first + solid.nodes.n)
 
 
 @ti.func
