@@ -5,18 +5,23 @@ hull has the mass in steel. Johnson-Cook with Lemaitre-Chaboche damage and delay
 (kappa = 1). The end discs are clamped, and so are two patches of the rear wall at the frame.
 """
 
+import math
+
 from taichi_sph.scene import (
     Ball,
     Box,
     Cylinder,
     Drag,
     FiniteElements,
+    InitialVelocity,
     Material,
+    Ogive,
     Patch,
     Pinball,
     PrescribedVelocity,
     Rigid,
     Shell,
+    Solid,
     material,
 )  # fmt: skip
 
@@ -51,6 +56,19 @@ def bullet(velocity: float, name: str = "bullet", y: float = 0.0) -> Rigid:
     front = RADIUS + 0.5 * THICKNESS + BULLET + 0.1e-3
     balls = [Pinball(centre=(front + LENGTH * k / (PINBALLS - 1), y, HEIGHT / 2), radius=BULLET) for k in range(PINBALLS)]
     return Rigid(name=name, mass=MASS, pinballs=balls, velocity=(-velocity, 0, 0))
+
+
+def metal_bullet(metal: str, velocity: float, across: int) -> tuple[Solid, InitialVelocity]:
+    """The bullet as a solid of as much mass: half a ball and a shank behind it, `across` cells over its radius. The thesis does not say of
+    what the bullet was, but that it was much deformed (its fig. 3.11): "mild" is AISI 1018 (T table 2.11), "hard" APX (T table 5.4)."""
+    said = material({"mild": "AISI 1018", "hard": "APX"}[metal])
+    steel = said.model_copy(update={"damage": None, "delay": None, "critical_damage": None})
+    nose = Ogive(radius=BULLET, length=0.0, crh=0.5)
+    shank = (MASS / steel.density - nose.volume) / (math.pi * BULLET**2)
+    tip = RADIUS + 0.5 * THICKNESS + 0.1e-3
+    shape = Ogive(radius=BULLET, length=shank, crh=0.5, axis="x", turned=True, origin=(tip + nose.nose + shank, 0, HEIGHT / 2))
+    solid = Solid(name="bullet", shape=shape, material=steel, spacing=BULLET / across, viscous=True)
+    return solid, InitialVelocity(body="bullet", velocity=(-velocity, 0, 0))
 
 
 def drags(drag: float, wet: bool = True) -> list[Drag]:

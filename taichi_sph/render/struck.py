@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from ..frame import BodyFrame
 from ..output.folder import RunFolder
-from ..output.measures.fragments import flight, fragments, ruptured
+from ..output.measures.fragments import flight, fragments, ruptured, thrown_solids
 from ..output.measures.leak import tanks
 from ..output.measures.pattern import cell_centres, node_spacing
 from ..output.measures.perforation import first_rupture
@@ -41,8 +41,8 @@ PRESSURES = ((1.0, "Pa"), (1e-3, "kPa"), (1e-6, "MPa"), (1e-9, "GPa"))
 
 
 def applies(run: RunFolder) -> bool:
-    """Whether the run has bodies other than shells."""
-    return bool(run.of_kind("rigid") or run.of_kind("fluid"))
+    """Whether the run has bodies other than shells: rigid ones, fluids, solids that strike them."""
+    return bool(run.of_kind("rigid") or run.of_kind("fluid") or (run.of_kind("shell") and thrown_solids(run)))
 
 
 def suffers(run: RunFolder) -> bool:

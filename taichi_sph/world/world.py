@@ -320,7 +320,7 @@ class World:
         """Units of the columns of each history in `tracks`."""
         found = {leak.name: UNITS for leak in self.leaks}
         for group in self.groups:
-            found |= dict.fromkeys(group.tracks(look=False), group.track_units)
+            found |= {name: {c: group.track_units[c] for c in row} for name, row in group.tracks(look=False).items()}
         return found
 
     def contact_report(self) -> dict[str, float] | None:

@@ -51,6 +51,9 @@ class SolidGroup(Rest):
         numbers = np.arange(len(self.solids))
         density = np.array([body.said.material.density for body in self.solids])
         mass = np.repeat(density, count[:, 0]) * self.mesh.node_volumes
+        self.weights = mass
+        thrown = {one.body for one in scene.initial}
+        self.thrown = [body for body in self.solids if body.name in thrown or (None in thrown and len(scene.bodies) == 1)]
         self.nodes = Nodes(self.mesh, mass, None, np.repeat(numbers, count[:, 0]), f"solid.nodes{suffix}", dim=3)
         self.material = SolidMaterial([s.material for s in solids], [s.viscous for s in solids], f"solid.material{suffix}")
         pull = [
@@ -192,14 +195,22 @@ class SolidGroup(Rest):
             for c, axis in enumerate("xyz")
         }
 
-    track_units = UNITS
+    track_units = UNITS | dict.fromkeys("xyz", "m") | dict.fromkeys(("vx", "vy", "vz"), "m/s")
 
     def tracks(self, look: bool = True) -> dict[str, dict[str, float]]:
-        """By the name of its history: force [N] and moment [N m] of each prescribed motion on its nodes, about the middle of them."""
+        """By the name of its history: place [m] and velocity [m/s] of the centre of mass of each solid that starts with a velocity; force
+        [N] and moment [N m] of each prescribed motion on its nodes, about the middle of them."""
+        found: dict[str, dict[str, float]] = {}
+        for body in self.thrown:
+            mass, rows = self.weights[body.nodes.rows], body.nodes.rows
+            u, v = (runtime.get(field, self.nodes.n)[rows].astype(np.float64) for field in (self.nodes.u, self.nodes.v))
+            for letter, values in (("", self.mesh.points[rows] + u), ("v", v)):
+                mean = mass @ values / mass.sum()
+                found.setdefault(f"solid_{body.name}", {}).update({f"{letter}{axis}": float(mean[c]) for c, axis in enumerate("xyz")})
         if not self.loads.moves:
-            return {}
+            return found
         numbers = [k for body in self.solids for k, motion in enumerate(self.scene.motions, start=1) if motion.body == body.name]
-        return dict(zip((f"support_{k}" for k in numbers), self.loads.supports.rows()))
+        return found | dict(zip((f"support_{k}" for k in numbers), self.loads.supports.rows()))
 
     def wettables(self, name: str, spacing: float, meets: Callable[[str], bool]) -> list[SolidPoints]:
         """The points within the faces of the solids that are met. spacing [m]: that of the points of rigid surfaces."""

@@ -74,6 +74,7 @@ MEASURES: dict[str, tuple[Measure, str]] = {  # name -> function, unit
     "core_speed": (fluid.core_speed, ""),
     "momentum_drift": (fluid.momentum_drift, ""),
     "body_length": (solids.body_length, "m"),
+    "body_speed": (perforation.body_speed, "m/s"),
     "body_diameter": (solids.body_diameter, "m"),
     "expansion_speed": (expansion.expansion_speed, "m/s"),
     "expansion_speed_max": (expansion.expansion_speed_max, "m/s"),
@@ -118,7 +119,7 @@ def _whose(scene: Scene, name: str, option: str) -> tuple[list[str], list[str]]:
     if option == "fluid":
         filled = [fluid.name for fluid in scene.fluids if getattr(fluid.fill, "shell", None) is not None]
         return (filled, filled) if function.__module__ == leak.__name__ else (fluids, fluids)
-    if function.__module__ == solids.__name__:
+    if function.__module__ == solids.__name__ or function is perforation.body_speed:
         return (found := [solid.name for solid in scene.solids]), found
     shells = [shell.name for shell in scene.shells]
     return shells, [] if function is perforation.time_to_rupture else shells

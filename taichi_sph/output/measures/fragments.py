@@ -28,6 +28,7 @@ from ..histories import write_history
 from .pattern import LINK, SMALL, cell_centres, node_spacing
 
 LEAST = 4  # a smaller gap in what is held (nodes) is no hole
+SOLID = "solid_"
 COMPACT = 0.6  # its diameter over its extent, from which on a gap without a missing cell is a hole
 ACROSS = 3.1  # spacings between two nodes on either side of a crack
 STEADY = 3  # rings in a row that must show as many cracks
@@ -203,13 +204,18 @@ def holes(f: Fragments) -> list[Hole]:
 # --- where it was hit ---------------------------------------------------------------------------
 
 
+def thrown_solids(run: RunFolder) -> list[str]:
+    """Solids with a history, histories/solid_<name>.csv: those that start with a velocity."""
+    return [name.removeprefix(SOLID) for name in run.histories() if name.startswith(SOLID)]
+
+
 Flight = tuple[np.ndarray, np.ndarray, float]
 
 
 def flights(run: RunFolder) -> list[Flight]:
-    """Place (3,) [m], direction (3,) and speed [m/s] at the start of the rigid bodies that move, the fastest first."""
+    """Place (3,) [m], direction (3,) and speed [m/s] at the start of the rigid bodies and solids that move, the fastest first."""
     found = []
-    for file in run.of_kind("rigid"):
+    for file in run.of_kind("rigid") + [run.the("solid", name) for name in thrown_solids(run)]:
         start = file.body(0)
         velocity = start.point_data["velocity"].mean(axis=0)
         speed = float(np.linalg.norm(velocity))
@@ -219,7 +225,7 @@ def flights(run: RunFolder) -> list[Flight]:
 
 
 def flight(run: RunFolder) -> Flight | None:
-    """That of the fastest rigid body at the start; None where none moves."""
+    """That of the fastest of them at the start; None where none moves."""
     return next(iter(flights(run)), None)
 
 

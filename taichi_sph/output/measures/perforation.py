@@ -15,7 +15,7 @@ from ...errors import SceneError, nearest
 from ...scene import Scene
 from ..folder import RunFolder
 from ..histories import History
-from .fragments import ruptured
+from .fragments import SOLID, ruptured, thrown_solids
 
 PREFIX = "rigid_"
 
@@ -72,7 +72,22 @@ def striker_speed(
 ) -> float | None:
     """Speed [m/s] of a rigid body at the end, at `time` [s], or when its centre passes the coordinate `beyond` [m] of
     `axis`. None where the run does not reach that."""
-    history = of(run, striker)
+    return speed_of(of(run, striker), time, axis, beyond)
+
+
+def body_speed(
+    run: RunFolder, scene: Scene, *, body: str | None = None, time: float | None = None, axis: str = "z", beyond: float | None = None
+) -> float | None:
+    """The same of a solid that starts with a velocity."""
+    names = thrown_solids(run)
+    if not names or (body is None and len(names) > 1) or (body is not None and body not in names):
+        there = f"it has {', '.join(names)}" if names else "it has none"
+        raise SceneError(f"option 'body' names a solid that starts with a velocity{'' if body is None else nearest(body, names)}; {there}")
+    return speed_of(run.history(SOLID + (body or names[0])), time, axis, beyond)
+
+
+def speed_of(history: History, time: float | None = None, axis: str = "z", beyond: float | None = None) -> float | None:
+    """Speed [m/s] at the end, at `time` [s], or where the place along `axis` passes `beyond` [m]; None where it does not."""
     v = speeds(history)
     if axis not in ("x", "y", "z"):
         raise SceneError(f"option 'axis' is 'x', 'y' or 'z', not {axis!r}")
