@@ -10,17 +10,21 @@ The water is as coarse as the bullet, at every quality. By itself (`drag` 0) it 
 stopped at draft. With `drag` it resists by a measured coefficient (Drag; docs/method.md, 11), and the bullet is as fast at every quality:
 0.35 of a sphere, 0.82 of a flat nose. T's 88 m/s come out of plastic blows of balls and were never measured; the bullet of the experiment
 was flattened, and ours is rigid. With `halved` 1 or 2 the water is so many times halved along the bullet's path (Finer): what it resists by
-itself comes nearer to the measured drag.
+itself comes nearer to the measured drag. `metal` as in empty_tank: the bullet is a solid of mild or hard steel that yields.
 
     python scenes/tank_leak.py --quality draft --out DIR
 """
 
-from _tank import HEIGHT, RADIUS, bullet, drags, supports, tank
+from typing import Literal
+
+from _tank import HEIGHT, RADIUS, bullet, drags, metal_bullet, supports, tank
 
 from taichi_sph.scene import Box, Dimensionless, Finer, Fluid, Numerics, Output, Quality, Quantity, Scene, ShellFill, Speed
 
 SPACING = {"draft": 12e-3, "standard": 8.5e-3, "paper": 6.25e-3}  # m, of the shell; T: 6.25 mm
 PARTICLES = 1.19  # spacing of the water over that of the shell, as in T
+ACROSS = {"draft": 3, "standard": 4, "paper": 5}  # cells over the radius of a bullet of metal
+EVERY = 4  # steps of it between two of the water
 PATH = 20e-3  # m, half the width of the finest water along the bullet's path, and of what is around it
 
 
@@ -31,11 +35,17 @@ def scene(
     necks: bool = True,
     drag: Dimensionless = 0.0,
     halved: int = 0,
+    metal: Literal["none", "mild", "hard"] = "none",
 ) -> Scene:
     if not 0.0 <= level <= 1.0:
         raise ValueError(f"level = {level:g} of the height: give a number from 0 (empty) to 1 (full)")
     if not 0 <= halved <= 2:
         raise ValueError(f"halved = {halved}: the water along the path is halved 0, 1 or 2 times")
+    if drag and metal != "none":
+        raise ValueError(f"drag = {drag:g}: the law is of a rigid bullet; leave drag or metal out")
+    solid, thrown = metal_bullet(metal, velocity, ACROSS[quality]) if metal != "none" else (None, None)
+    speed, by = ("striker_speed", {}) if solid is None else ("body_speed", {"body": "bullet"})
+    shape = [Quantity(name=name, unit="m", options={"axis": "x", **by}) for name in ("body_length", "body_diameter") if solid]
     d = SPACING[quality]
     sides = [PATH * (halved - k) for k in range(halved)]
     finer = [Finer(within=Box(lo=(None, -side, 0.5 * HEIGHT - side), hi=(None, side, 0.5 * HEIGHT + side))) for side in sides]
@@ -44,6 +54,7 @@ def scene(
         fill=ShellFill(shell="tank", level=level * HEIGHT if level < 1 else None),
         spacing=PARTICLES * d,
         finer=finer or None,
+        every=EVERY if solid else None,
         delta=0.0,  # as T: shocks need no diffusion of density, and it would be the largest loss of all
     )
     wet = level > 0
@@ -63,7 +74,9 @@ def scene(
         title=f"Tank {f'filled to {100 * level:g} %' if wet else 'empty'}, hit at {velocity:g} m/s",
         source="T 3.4; experiments of Timm 2003",
         shells=[tank(necks)],
-        rigids=[bullet(velocity)],
+        rigids=[] if solid else [bullet(velocity)],
+        solids=[solid] if solid else [],
+        initial=[thrown] if thrown else [],
         fluids=[water] if wet else [],
         interactions=drags(drag, wet),
         motions=supports(d),
@@ -78,7 +91,8 @@ def scene(
             ),
             Quantity(name="time_to_rupture", unit="s"),
             *deep,
-            Quantity(name="striker_speed", unit="m/s", value=88.0 if level == 1 else None, source="T 3.4, not measured"),
+            Quantity(name=speed, unit="m/s", value=88.0 if level == 1 else None, source="T 3.4, not measured", options=by),
+            *shape,
             *([Quantity(name="leak_rate", unit="l/s"), Quantity(name="leaked_litres", unit="l"), wave] if wet else []),
         ],
     )  # fmt: skip
