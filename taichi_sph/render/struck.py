@@ -103,7 +103,7 @@ def looks_of(runs: Sequence[RunFolder], instants: Sequence[int] | None = None) -
                 out = file.array("PointData", "outside", index) != 0
                 speed.append(float(np.percentile(speeds[out] if out.any() else speeds, 98)))
     if max(plastic) > 0:
-        shell = Look("plastic", "plastic strain p [-]", PLASTIC, 0.0, _round_up(max(plastic)), 1.0, loose=True)
+        shell = Look("plastic", "plastic strain [-]", PLASTIC, 0.0, _round_up(max(plastic)), 1.0, loose=True)
     else:
         soft = any(shell.material.damage for run in runs for shell in run.scene.shells)
         shell = Look("damage", "damage D [-]" if soft else "", DAMAGE, 0.0, 1.0, 1.0, loose=True)
