@@ -28,6 +28,7 @@ from taichi_sph.scene import (
 RADIUS, HEIGHT, THICKNESS = 0.15, 0.6, 1e-3  # m
 PATCH = 80e-3  # m, radius of the particles about a hole, where the rest is of elements
 BEGIN = 15e-3  # m, the same of a patch that grows
+BLUNT = 0.35  # radius of the flat at the tip of a bullet of metal, over its own: a finer tip is where the shortest step is
 BULLET, LENGTH, MASS, PINBALLS = 9e-3, 3.6e-3, 0.031, 4  # m, m between the first and the last pinball, kg
 
 
@@ -63,10 +64,10 @@ def metal_bullet(metal: str, velocity: float, across: int) -> tuple[Solid, Initi
     what the bullet was, but that it was much deformed (its fig. 3.11): "mild" is AISI 1018 (T table 2.11), "hard" APX (T table 5.4)."""
     said = material({"mild": "AISI 1018", "hard": "APX"}[metal])
     steel = said.model_copy(update={"damage": None, "delay": None, "critical_damage": None})
-    nose = Ogive(radius=BULLET, length=0.0, crh=0.5)
+    nose = Ogive(radius=BULLET, length=0.0, crh=0.5, blunt=BLUNT)
     shank = (MASS / steel.density - nose.volume) / (math.pi * BULLET**2)
     tip = RADIUS + 0.5 * THICKNESS + 0.1e-3
-    shape = Ogive(radius=BULLET, length=shank, crh=0.5, axis="x", turned=True, origin=(tip + nose.nose + shank, 0, HEIGHT / 2))
+    shape = Ogive(radius=BULLET, length=shank, crh=0.5, blunt=BLUNT, axis="x", turned=True, origin=(tip + nose.nose + shank, 0, HEIGHT / 2))
     solid = Solid(name="bullet", shape=shape, material=steel, spacing=BULLET / across, viscous=True)
     return solid, InitialVelocity(body="bullet", velocity=(-velocity, 0, 0))
 

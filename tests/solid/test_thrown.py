@@ -49,7 +49,7 @@ def run(tmp_path_factory):
 
 def test_the_history_is_that_of_the_centre_of_mass(run):
     history = run.history("solid_bullet")
-    assert history.path.read_text().splitlines()[0] == "time,x,y,z,vx,vy,vz"
+    assert history.path.read_text().splitlines()[0] == "time [s],x [m],y [m],z [m],vx [m/s],vy [m/s],vz [m/s]"
     assert history["vz"][0] == pytest.approx(-60.0, rel=1e-6) and -60.0 < history["vz"][-1] < -40.0
     way = history["z"][0] - history["z"][-1]
     assert way == pytest.approx(-np.trapezoid(history["vz"], history.time), rel=0.01)
