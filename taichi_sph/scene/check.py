@@ -191,7 +191,8 @@ def _kinds(kind: Any) -> str:
 
 
 def _item(kind: Any, index: int) -> Any:
-    arguments = get_args(_bare(kind))
+    lists = [bare for member in _members(kind) if get_origin(bare := _bare(member)) in (tuple, list)]
+    arguments = get_args(lists[0] if lists else _bare(kind))
     if not arguments:
         return None
     return arguments[0] if len(arguments) == 1 or arguments[1] is Ellipsis else arguments[min(index, len(arguments) - 1)]

@@ -13,6 +13,7 @@ from taichi_sph.scene import Ball, Box, Finer, Fluid, FluidBox, Numerics, Plate,
 
 from ..exact import restarts_exactly
 from .bodies import box, by_id, put, run, unbalanced
+from .test_several import layers
 from .test_wetted import BULLET, STEEL, can, integral, rates, start, wetted
 
 D = 0.01
@@ -234,3 +235,33 @@ def test_points_within_coarse_cells_give_the_integral_of_a_plane(cells, above, w
 
 def test_a_can_with_finer_water_restarts_exactly():
     restarts_exactly(lambda: start(finer_can()), 12, 12)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("precision", ["f64", "f32"])
+def test_two_fluids_one_of_them_finer(precision):
+    """800 over 1000 kg/m3, the upper one of half the spacing: at rest, and the ledger closes."""
+    scene = layers(1000.0, 800.0, across=(0.06, 0.06), deep=0.06, alpha=0.1)
+    upper = scene.fluids[1].model_copy(update={"finer": (Finer(within=Box()),)})
+    numerics = scene.numerics.model_copy(update={"precision": precision})
+    sim = start(scene.model_copy(update={"fluids": (scene.fluids[0], upper), "numerics": numerics}))
+    sim.advance(600)
+    f = sim.fluid
+    x, p = f.frame()["points"], f.frame()["pressure"]
+    for span, density, low in zip(f.spans, (1000.0, 800.0), (0.0, 0.06)):
+        own = slice(span.first, span.first + span.n)
+        inside = (x[own, 2] > low + 0.015) & (x[own, 2] < low + 0.045)
+        slope = -np.polyfit(x[own, 2][inside], p[own][inside], 1)[0] / (density * 9.81)
+        print(f"{span.name}: {slope:.3f}")
+        assert slope == pytest.approx(1.0, abs=0.05)
+    assert abs(sim.energies()["closed_residual_percent"]) < 0.5
+
+
+@pytest.mark.long
+def test_single_precision_is_double_precision_nearly():
+    found = []
+    for precision in ("f64", "f32"):
+        b = waved(precision=precision)
+        run(b, 1.5e-6, 60)
+        found.append(by_id(b, "x"))
+    assert np.abs(found[0] - found[1]).max() < 1e-3 * D
