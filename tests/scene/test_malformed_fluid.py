@@ -36,6 +36,11 @@ BAD = [
     ("fluids.0.finer", [{"within": {"kind": "ball", "centre": [0, 0, 0]}}], "radius"),
     ("fluids.0.finer", [{"whithin": {"kind": "box"}}], "did you mean 'within'?"),
     ("fluids.0.finer", [{"within": {"kind": "group", "name": "a"}}], "'group' is not allowed; valid: box, ball"),
+    (
+        "fluids.0",
+        {"name": "w", "fill": {"kind": "round", "columns": [[0.05, 0, 0.1]]}, "finer": [{"within": {"kind": "box"}}]},
+        "finer: not possible yet in round columns, which 'w' fills",
+    ),
     ("fluids.0.every", 0, "fluids[0].every = 0 must be"),
     ("fluids.0.every", 4, "the scene has none; leave it out"),
     ("fluids.0.contact", "pinball", "fluids[0].contact"),

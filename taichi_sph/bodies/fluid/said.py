@@ -137,6 +137,12 @@ class Fluid(Body):
     delta: Annotated[Dimensionless, Field(ge=0, le=0.5)] = 0.1
 
     @model_validator(mode="after")
+    def _splits(self) -> Fluid:
+        if self.finer and isinstance(self.fill, FluidRound):
+            raise ValueError(f"finer: not possible yet in round columns, which '{self.name}' fills; take a box or a shell, or leave it out")
+        return self
+
+    @model_validator(mode="after")
     def _one_dissipation(self) -> Fluid:
         for key in ("alpha", "beta"):
             said = key in self.model_fields_set and getattr(self, key) != Fluid.model_fields[key].default
