@@ -148,7 +148,8 @@ class Concrete(Frozen):
 
     `strain`: what drives the damage, "de_vree" (modified von Mises strain, exact for both strengths, nothing under pressure) or
     "principal" (P's form: the squares of positive principal strains and `share` times those of negative ones). `rubble`: what is broken
-    still rubs under pressure.
+    still rubs under pressure. `flattest`: least principal stretch of a cell, where cells rupture (critical_damage): a flatter one, or one
+    that is turned inside out, breaks whatever it bears.
     """
 
     kind: Literal["concrete"] = "concrete"
@@ -159,6 +160,7 @@ class Concrete(Frozen):
     strain: Literal["de_vree", "principal"] = "de_vree"
     share: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.1
     rubble: StrictBool = True
+    flattest: Annotated[Dimensionless, Field(gt=0, lt=1)] | None = None
 
     @model_validator(mode="after")
     def _stronger_in_compression(self) -> Concrete:
