@@ -161,6 +161,7 @@ class Concrete(Frozen):
     share: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.1
     rubble: StrictBool = True
     flattest: Annotated[Dimensionless, Field(gt=0, lt=1)] | None = None
+    loosest: Annotated[Dimensionless, Field(gt=1, le=10)] | None = None
 
     @model_validator(mode="after")
     def _stronger_in_compression(self) -> Concrete:

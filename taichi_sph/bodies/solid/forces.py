@@ -141,7 +141,7 @@ def _breaks(cells: ti.template(), material: ti.template(), s, b, F: ti.template(
     unless it is flatter than a cell may be."""
     result = cells.delayed[s] >= material.critical[b]
     if ti.static(material.brittle):
-        result = result and F.determinant() > 1.0
+        result = result and F.determinant() > material.loosest[b]
         if ti.static(material.flattens):
             result = result or stiffer * material.flattest[b] * material.flattest[b] > 1.0 or F.determinant() <= 0.0
     return result

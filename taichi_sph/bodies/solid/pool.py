@@ -28,6 +28,7 @@ OWN = {  # constants beside those of shells: unit and meaning
     "ratio": ("", "concrete: compression over tension"),
     "share": ("", "concrete: of the squares of negative principal strains"),
     "flattest": ("", "concrete: least principal stretch of a cell"),
+    "loosest": ("", "concrete: volume of a broken cell over that of the reference, up to which it stays"),
     "room": ("K", "temperature at the start"),
     "melting": ("K", "temperature"),
     "softening": ("", "m, exponent of heat"),
@@ -69,6 +70,7 @@ class SolidMaterial(MaterialPool):
         if self.brittle:
             values = {"young": m.young, "poisson": m.poisson, "threshold": damage.tension / m.young, "A": damage.A, "B": damage.B}
             values |= {"compression": damage.compression, "ratio": damage.compression / damage.tension, "share": damage.share}
+            values["loosest"] = damage.loosest or 1.0
             if self.flattens:
                 values["flattest"] = damage.flattest
             if m.delay is not None:
