@@ -3,13 +3,13 @@
 The slab is 300 x 170 x 150 mm, struck in the middle at right angles, free all round: no wave comes back before the ogive rests. Measured at
 664 m/s: 31.75 mm deep, a crater of 63.5 mm; P computes 33 and 61.6 mm. The modified formula of the NDRC (Kennedy 1976) gives 31.7 mm.
 
-Concrete: 19.3 MPa in tension, 115 in compression, delay 8 us (P); A = 1, B = 0.62 / eps_D, D_c = 0.99 and the strain of de Vree are ours, for P
-does not give them. The ogive is rigid, of calibre 12.6 mm, CRH 2.5: a nose of 18.9 mm and the shank that 15 g of steel leave. It slides
-without friction, for none is given: `friction` = 0.1 makes it 15 to 20 % less deep.
+Concrete: 19.3 MPa in tension, 115 in compression, delay 8 us (P); A = 1, B = 0.62 / eps_D, D_c = 0.99 and the strain of de Vree are ours,
+for P does not give them. The ogive is rigid, of calibre 12.6 mm, CRH 2.5: a nose of 18.9 mm and the shank that 15 g of steel leave. It
+slides without friction, for none is given; `friction` is another one.
 
-A cell whose damage is complete and that has opened by half ruptures; one under pressure stays, as rubble that rubs. The nose draws cells of
-a mesh flat where concrete would flow aside: one that is flatter than 0.3 ruptures as well, about an effective strain of 1.2. Both limits are
-choices, made before the run (docs/method.md says what others give). Nodes without cells fly on, and the ogive meets them.
+A cell whose damage is complete and that has opened by half ruptures; one under pressure stays, as rubble that rubs. The nose draws cells
+of a mesh flat where concrete would flow aside: one that is flatter than 0.3 ruptures as well, about an effective strain of 1.2. Both limits
+are choices; docs/method.md says what others give. Nodes without cells fly on, and the ogive meets them.
 
 A quarter is computed, between two planes of symmetry, with cells that grow away from the impact. P couples elements and particles
 (Arlequin); one graded solid does the same here.
@@ -121,7 +121,8 @@ def scene(
         quantities=[
             Quantity(
                 name="penetration_depth", unit="m", value=MEASURED_DEPTH if measured else None,
-                tolerance=0.1 * MEASURED_DEPTH if measured else None, source=f"Zhang et al. 2005, measured; {formula}" if measured else formula,
+                tolerance=0.1 * MEASURED_DEPTH if measured else None,
+                source=f"Zhang et al. 2005, measured; {formula}" if measured else formula,
             ),
             Quantity(
                 name="crater_diameter", unit="m", value=MEASURED_CRATER if measured else None,

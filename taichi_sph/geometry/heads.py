@@ -1,4 +1,4 @@
-"""Meridians of the heads of tanks and of bullets: points and normals by a parameter, arc length, and the chart that keeps angles. NumPy only.
+"""Meridians of the heads of tanks and bullets: points and normals by a parameter, arc length, the chart that keeps angles. NumPy only.
 
 The chart of a surface of revolution keeps angles where its radius R grows as dR / R = ds / r; a sphere's is then the stereographic one.
 The parameter of a chart's radius is looked up in a table: an error of the table moves a node along the surface, never off it.
@@ -67,7 +67,7 @@ def meridian(tank: CappedTank) -> Meridian:
 
 
 def ogive(bullet: Bullet) -> Meridian:
-    """Of the nose of a bullet. With the angle u round the centre of its arc, 0 at the shank, r = s (cos u - k), and ds / r is a closed form."""
+    """Of the nose of a bullet. With the angle u round the centre of its arc, 0 at the shank, r = s (cos u - k); ds / r is a closed form."""
     s, k, sharp = bullet.arc, 1.0 - 0.5 / bullet.crh, bullet.sharp
     t = np.linspace(0.0, sharp, ROWS)  # from the tip
     a, b, tangent = np.sqrt(1.0 - k), np.sqrt(1.0 + k), np.tan(0.5 * (sharp - t))

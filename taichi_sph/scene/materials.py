@@ -265,7 +265,9 @@ class Material(Frozen):
             raise ValueError("delay and critical_damage need a damage law: set damage")
         for key in ("flattest", "loosest"):
             if getattr(self.damage, key, None) is not None and self.critical_damage is None:
-                raise ValueError(f"damage.{key} says when a cell ruptures, and without critical_damage none does: set it, or leave {key} out")
+                raise ValueError(
+                    f"damage.{key} says when a cell ruptures, and without critical_damage none does: set it, or leave {key} out"
+                )
         if isinstance(self.damage, LemaitreChaboche) and self.strength is None:
             raise ValueError("damage: 'lemaitre_chaboche' grows with plastic strain and needs a strength: set strength")
         if isinstance(self.damage, Mazars | Concrete) and self.strength is not None:

@@ -28,8 +28,8 @@ def struck_faces(body: BodyFrame, direction: np.ndarray) -> np.ndarray:
 
 
 def crater(body: BodyFrame, at: np.ndarray, direction: np.ndarray, damage: float, speed: float) -> tuple[np.ndarray, np.ndarray]:
-    """(F,) numbers of the faces of the struck side, and (F,) whether each is in the crater about the point `at` (3,): ruptured or damaged by
-    `damage` at least, reached from the point of impact over such faces, and on its way out at more than `speed` [m/s]."""
+    """(F,) numbers of the faces of the struck side, and (F,) whether each is in the crater about the point `at` (3,): ruptured or damaged
+    by `damage` at least, reached from the point of impact over such faces, and on its way out at more than `speed` [m/s]."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
