@@ -266,7 +266,7 @@ class Material(Frozen):
         for key in ("flattest", "loosest"):
             if getattr(self.damage, key, None) is not None and self.critical_damage is None:
                 raise ValueError(
-                    f"damage.{key} says when a cell ruptures, and without critical_damage none does: set it, or leave {key} out"
+                    f"damage.{key} says when a cell ruptures, which none does without critical_damage: set it, or leave {key} out"
                 )
         if isinstance(self.damage, LemaitreChaboche) and self.strength is None:
             raise ValueError("damage: 'lemaitre_chaboche' grows with plastic strain and needs a strength: set strength")

@@ -160,9 +160,9 @@ def test_a_platen_at_constant_speed_and_a_wall():
         ({"surface": Sphere(radius=1), "density": 1, "side": "inside"}, "side = 'inside': rigid 'r' is a tank without walls of its own"),
         ({"pinballs": [Pinball(centre=(0, 0, 0), radius=0.1)], "mass": 20, "side": "inside"}, "side is of a body with a surface"),
         ({"surface": Plate(length=1, width=1), "mass": 1.0}, "rigids[0].surface is open, so it has no volume; close it"),
-        ({"surface": Bullet(radius=1, length=1), "mass": 1, "slides": "z", "velocity": (1, 0, 2)}, "slides = 'z': rigid 'r' moves along z alone"),
-        ({"surface": Bullet(radius=1, length=1), "mass": 1, "slides": "z", "spin": (0, 0, 2)}, "and spin [0.0, 0.0, 2.0] rad/s say otherwise"),
-        ({"surface": Bullet(radius=1, length=1), "mass": 1, "slides": "z", "held": True}, "slides: rigid 'r' is held and takes no rail"),
+        ({"surface": Sphere(radius=1), "mass": 1, "slides": "z", "velocity": (1, 0, 2)}, "slides = 'z': rigid 'r' moves along z alone"),
+        ({"surface": Sphere(radius=1), "mass": 1, "slides": "z", "spin": (0, 0, 2)}, "and spin [0.0, 0.0, 2.0] rad/s say otherwise"),
+        ({"surface": Sphere(radius=1), "mass": 1, "slides": "z", "held": True}, "slides: rigid 'r' is held and takes no rail"),
         ({"surface": BoxTank(size=(1, 1, 0.01)), "mass": 1.0}, "is larger than the body: the box of rigid 'r' takes at most 10 mm"),
     ],
 )  # fmt: skip

@@ -199,5 +199,5 @@ def test_gradings_that_are_none_are_refused(shape, said):
 @pytest.mark.parametrize("key", ["flattest", "loosest"])
 def test_limits_of_rupture_want_rupture(key):
     law = {"damage": Concrete(**LAW, **{key: 0.3 if key == "flattest" else 1.5}), "critical_damage": None}
-    with pytest.raises(SceneError, match=f"damage.{key} says when a cell ruptures, and without critical_damage none does"):
+    with pytest.raises(SceneError, match=f"damage.{key} says when a cell ruptures, which none does without critical_damage"):
         plan(checked(Scene, lambda: solid_scene(Brick(size=(1, 1, 1)), {**CONCRETE, **law})))

@@ -18,8 +18,8 @@ from .sphere import Sphere, SpherePatch
 from .tank import CappedTank
 
 __all__ = [
-    "BoxTank", "Bullet", "CappedTank", "Cylinder", "Disc", "Frustum", "Generated", "Given", "HoleIn", "MeshFile", "Net", "Plate", "Roof", "Shaped",
-    "Sphere", "SpherePatch", "Surface", "frame_of",
+    "BoxTank", "Bullet", "CappedTank", "Cylinder", "Disc", "Frustum", "Generated", "Given", "HoleIn", "MeshFile", "Net", "Plate", "Roof",
+    "Shaped", "Sphere", "SpherePatch", "Surface", "frame_of",
 ]  # fmt: skip
 
 Generated = Plate | Disc | Cylinder | CappedTank | Frustum | Bullet | BoxTank | SpherePatch | Sphere | Roof
