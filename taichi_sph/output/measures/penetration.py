@@ -55,8 +55,13 @@ def crater_diameter(
     path = flight(run)
     if path is None:
         return None
-    at, direction, _ = path
-    frame = run.the("solid", body).body(-1)
+    return crater_width(run.the("solid", body).body(-1), path[0], path[1], damage, speed, int(sectors))
+
+
+def crater_width(
+    frame: BodyFrame, at: np.ndarray, direction: np.ndarray, damage: float, speed: float, sectors: int = SECTORS
+) -> float | None:
+    """`crater_diameter` of a frame of a solid, about the line of flight through `at` (3,) along `direction` (3,)."""
     own, inside = crater(frame, at, direction, damage, speed)
     if not inside.any():
         return None
@@ -68,8 +73,8 @@ def crater_diameter(
     one = one - one @ direction * direction
     one /= np.linalg.norm(one)
     angle = np.arctan2(middle @ np.cross(direction, one), middle @ one)
-    sector = np.floor((angle / (2 * np.pi) + 0.5) * int(sectors)).astype(int) % int(sectors)
+    sector = np.floor((angle / (2 * np.pi) + 0.5) * sectors).astype(int) % sectors
     far = 0.5 * (np.linalg.norm(middle, axis=1) + np.linalg.norm(corners, axis=2).max(axis=1))  # half way between middle and rim
-    radius = np.zeros(int(sectors))
+    radius = np.zeros(sectors)
     np.maximum.at(radius, sector[inside], far[inside])
     return 2.0 * float(radius[np.unique(sector)].mean())
