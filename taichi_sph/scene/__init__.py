@@ -24,7 +24,7 @@ _WHERE = {
     "regions": ("Ball", "Box", "Group", "Outside"),
     "schema": ("Scene",),
     "script": ("derive", "dump", "load", "load_scene", "parameters_of"),
-    "solids": ("Brick", "Cells", "Grading", "Ogive", "Rod"),
+    "solids": ("Brick", "Cells", "Grading", "Ogive", "Pilot", "Rod"),
     "study": ("Convergence", "Study"),
     "surfaces": (
         "BoxTank", "Bullet", "CappedTank", "Cylinder", "Disc", "Frustum", "HoleIn", "MeshFile", "Net", "Plate", "Roof", "Sphere",

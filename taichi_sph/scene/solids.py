@@ -33,15 +33,34 @@ class Grading(Frozen):
     largest: Size | None = None
 
 
+class Pilot(Frozen):
+    """A narrow square hole along z, of half the width `radius`, on the edge of a brick where x and y are least: the line of flight in a
+    quarter between planes of symmetry. The cells on the edge are left out, and those within `reach` of it drawn towards the hole. A sharp
+    striker then parts the cells before it; without, it presses them flat."""
+
+    radius: Size
+    reach: Size
+
+
 class Brick(Frozen):
     """A box with its edges along x, y, z, of hexahedra: `size` from the corner `origin`. `layers`: cells along each axis; None: as the
-    spacing has it. `graded`: fine where something happens, coarse elsewhere."""
+    spacing has it. `graded`: fine where something happens, coarse elsewhere. `pilot`: a hole for a sharp striker."""
 
     kind: Literal["brick"] = "brick"
     size: tuple[Size, Size, Size]
     origin: Point = (0.0, 0.0, 0.0)
     layers: tuple[Annotated[StrictInt, Field(ge=1)], Annotated[StrictInt, Field(ge=1)], Annotated[StrictInt, Field(ge=1)]] | None = None
     graded: Grading | None = None
+    pilot: Pilot | None = None
+
+    @model_validator(mode="after")
+    def _has_room(self) -> Brick:
+        if self.pilot is not None and not self.pilot.radius < self.pilot.reach <= min(self.size[:2]):
+            raise ValueError(
+                f"pilot.reach {self.pilot.reach:g} m must be above its radius, {self.pilot.radius:g} m, and at most the width of the "
+                f"brick, {min(self.size[:2]):g} m"
+            )
+        return self
 
     @model_validator(mode="after")
     def _fine_somewhere(self) -> Brick:
@@ -59,7 +78,7 @@ class Brick(Frozen):
 
     @property
     def volume(self) -> float:
-        return math.prod(self.size)
+        return math.prod(self.size) - (0.0 if self.pilot is None else self.pilot.radius**2 * self.size[2])
 
     @property
     def smallest(self) -> float:

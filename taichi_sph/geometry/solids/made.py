@@ -123,7 +123,29 @@ def brick(shape: Brick, spacing: float) -> SolidMesh:
         n = _layers(shape, spacing)
         axes = [np.linspace(0.0, side, k + 1) + start for side, k, start in zip(shape.size, n, shape.origin)]
     z, y, x = np.meshgrid(axes[2], axes[1], axes[0], indexing="ij")
-    return SolidMesh(np.column_stack([x.ravel(), y.ravel(), z.ravel()]), _lattice(*n))
+    points, cells = np.column_stack([x.ravel(), y.ravel(), z.ravel()]), _lattice(*n)
+    return SolidMesh(points, cells) if shape.pilot is None else _bored(shape, points, cells)
+
+
+def _bored(shape: Brick, points: np.ndarray, cells: np.ndarray) -> SolidMesh:
+    """With its pilot hole: squares about the edge become smaller, the first one as wide as the hole."""
+    pilot, corner = shape.pilot, np.asarray(shape.origin[:2])
+    assert pilot is not None
+    across = points[:, :2] - corner
+    wide = across.max(axis=1)
+    first = np.unique(np.round(wide, 12))[1]
+    if not pilot.radius < first < pilot.reach:
+        raise SceneError(
+            f"pilot: its radius {show(pilot.radius, 'm')} must be below the first cell of the brick, {show(first, 'm')}, and its reach "
+            f"{show(pilot.reach, 'm')} above it"
+        )
+    drawn = (wide > 0.5 * first) & (wide < pilot.reach)
+    now = pilot.radius + (wide - first) * ((pilot.reach - pilot.radius) / (pilot.reach - first))
+    points[:, :2] = np.where(drawn[:, None], corner + across * (now / np.where(drawn, wide, 1.0))[:, None], points[:, :2])
+    cells = cells[wide[cells].min(axis=1) > 0.5 * first]
+    used = np.zeros(len(points), bool)
+    used[cells] = True
+    return SolidMesh(points[used], (np.cumsum(used) - 1)[cells].astype(np.int32))
 
 
 def _graded(shape: Brick, spacing: float) -> list[np.ndarray]:
