@@ -15,6 +15,7 @@ from taichi_sph.scene import (
     Grading,
     Material,
     Numerics,
+    Pilot,
     PrescribedVelocity,
     Rigid,
     Scene,
@@ -201,3 +202,35 @@ def test_limits_of_rupture_want_rupture(key):
     law = {"damage": Concrete(**LAW, **{key: 0.3 if key == "flattest" else 1.5}), "critical_damage": None}
     with pytest.raises(SceneError, match=f"damage.{key} says when a cell ruptures, which none does without critical_damage"):
         plan(checked(Scene, lambda: solid_scene(Brick(size=(1, 1, 1)), {**CONCRETE, **law})))
+
+
+def test_a_pilot_hole():
+    """A square as wide as it is said, straight cells about it that keep the planes of symmetry, nothing else moved, the true volume."""
+    from taichi_sph.geometry.solids.made import brick
+
+    pilot = Pilot(radius=0.001, reach=0.03)
+    shape = Brick(size=(0.05, 0.04, 0.02), origin=(1, 2, 3), pilot=pilot)
+    mesh, before = brick(shape, 0.005), brick(Brick(size=shape.size, origin=shape.origin), 0.005)
+    assert len(mesh.cells) == len(before.cells) - 4 and len(mesh.points) == len(before.points) - 5
+    assert mesh.volumes.sum() == pytest.approx(shape.volume, rel=1e-12) and shape.volume == pytest.approx(0.05 * 0.04 * 0.02 - 1e-6 * 0.02)
+    wide = (mesh.points[:, :2] - [1, 2]).max(axis=1)
+    assert wide.min() == pytest.approx(0.001) and mesh.straightness.min() > 0.2
+    faces = mesh.faces.nodes[mesh.skin]
+    for axis, low in ((0, 1.0), (1, 2.0)):
+        assert (mesh.points[faces, axis] == low).all(axis=1).sum() == 4 * (7, 9)[axis]
+    outside = (before.points[:, :2] - [1, 2]).max(axis=1) >= 0.03
+    assert {tuple(p) for p in before.points[outside]} <= {tuple(p) for p in mesh.points}
+
+
+@pytest.mark.parametrize(
+    ("pilot", "said"),
+    [
+        ({"radius": 0.2, "reach": 0.1}, "pilot.reach 0.1 m must be above its radius, 0.2 m, and at most the width of the brick, 1 m"),
+        ({"radius": 0.2, "reach": 2.0}, "at most the width of the brick, 1 m"),
+        ({"radius": 0.2, "reach": 0.5}, "pilot: its radius 200 mm must be below the first cell of the brick, 100 mm, and its reach 500 mm"),
+    ],
+)
+def test_pilot_holes_that_are_none_are_refused(pilot, said):
+    with pytest.raises(SceneError) as error:
+        plan(checked(Scene, lambda: solid_scene(Brick(size=(1, 1, 1), pilot=pilot))))
+    assert said in str(error.value)
