@@ -5,7 +5,9 @@ import pytest
 
 from taichi_sph import runtime
 from taichi_sph.errors import SceneError
+from taichi_sph.output.folder import RunFolder
 from taichi_sph.run.plan import plan
+from taichi_sph.run.session import run
 from taichi_sph.scene import (
     Box,
     Brick,
@@ -15,8 +17,10 @@ from taichi_sph.scene import (
     Grading,
     Material,
     Numerics,
+    Output,
     Pilot,
     PrescribedVelocity,
+    Quantity,
     Rigid,
     Scene,
     Solid,
@@ -91,14 +95,18 @@ def test_a_cell_turned_inside_out_dies():
     assert one.read("broken") == 1
 
 
-def struck(threads: int = 1, whole: bool = False, spacing: float = 6e-3, **law):
+def struck(threads: int = 1, whole: bool = False):
+    return start(struck_scene(whole), threads)
+
+
+def struck_scene(whole: bool = False) -> Scene:
     """An ogive of 100 m/s on a block of weak concrete that is held below: a quarter between its planes, or all of it."""
     material = Material(
         name="concrete",
         young=10e9,
         poisson=0.2,
         density=2300.0,
-        damage=Concrete(tension=2e6, compression=12e6, B=3100.0, flattest=0.5, loosest=1.1, **law),
+        damage=Concrete(tension=2e6, compression=12e6, B=3100.0, flattest=0.5, loosest=1.1),
         delay=Delay(a=1, tau_c=2e-6),
         critical_damage=0.9,
     )
@@ -119,10 +127,10 @@ def struck(threads: int = 1, whole: bool = False, spacing: float = 6e-3, **law):
             PrescribedVelocity(body="block", where=Box(lo=(near, None, up), hi=(None, near, None)), velocity=(None, 0, None)),
             PrescribedVelocity(body="block", where=Box(lo=(None, None, up), hi=(near, near, None)), velocity=(0, 0, None)),
         ]
-    return start(
-        Scene(name="struck", title="Struck", source="tests", duration=6e-5, solids=[block], rigids=[ogive], motions=motions,
-              numerics=Numerics(spacing=spacing)),
-        threads,
+    return Scene(
+        name="struck", title="Struck", source="tests", duration=6e-5, solids=[block], rigids=[ogive], motions=motions,
+        numerics=Numerics(spacing=6e-3), output=Output(frames=4, samples=20),
+        quantities=[Quantity(name="penetration_depth", unit="m", value=0.02, tolerance=0.01), Quantity(name="crater_diameter", unit="m")],
     )  # fmt: skip
 
 
@@ -148,6 +156,17 @@ def test_a_quarter_is_a_quarter():
         world.advance_to(2e-5)
         found.append(float(runtime.get(world.rigids.v, 1)[0, 2]))
     assert found[0] == pytest.approx(found[1], rel=0.03) and found[0] > -380
+
+
+def test_a_run_measures_and_draws_its_crater(tmp_path):
+    """The depth is the way of the ogive at most; the section is drawn."""
+    pytest.importorskip("matplotlib")
+    run(struck_scene(), tmp_path / "run", pictures=True)
+    with RunFolder(tmp_path / "run") as folder:
+        path = folder.history("rigid_ogive")["z"]
+        assert folder.summary["quantities"]["penetration_depth"]["value"] == pytest.approx(path[0] - path.min(), rel=1e-12)
+        assert 5e-3 < path[0] - path.min() < 24e-3
+        assert (folder.pictures / "crater.png").is_file()
 
 
 def test_restart_with_dead_cells():
