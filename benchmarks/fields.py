@@ -30,6 +30,7 @@ SCENES = (
     ("taylor_bar", {}),
     ("exploding_cylinder", {}),
     ("sphere_entry", {}),
+    ("slab_penetration", {}),
     ("plate_perforation", METAL | {"numerics.formulation": {"kind": "elements", "points": 1}, "shells.0.material.critical_damage": None}),
 )
 HEAD = """# Fields

@@ -2,6 +2,8 @@
 
 from ..runtime import ti
 
+NOWHERE = 1e6  # m, along each axis: where a search does not come by what is not met
+
 
 @ti.func
 def lay_face(port: ti.template(), f, whole):
@@ -18,4 +20,6 @@ def lay_face(port: ti.template(), f, whole):
             reach = ti.max(reach, (port.disc_x[corners[k]] - x).norm())
         if reach > port.widest_face[b]:
             ti.atomic_max(port.widest_face[b], reach)
+    else:
+        x = ti.Vector([NOWHERE, NOWHERE, NOWHERE], ti.f64)
     port.face_x[f], port.face_reach[f] = x, reach

@@ -1,4 +1,4 @@
-"""Meridians of the heads of tanks: points and normals by a parameter, arc length, and the chart that keeps angles. NumPy only.
+"""Meridians of the heads of tanks and bullets: points and normals by a parameter, arc length, the chart that keeps angles. NumPy only.
 
 The chart of a surface of revolution keeps angles where its radius R grows as dR / R = ds / r; a sphere's is then the stereographic one.
 The parameter of a chart's radius is looked up in a table: an error of the table moves a node along the surface, never off it.
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..scene.surfaces import CappedTank
+from ..scene.surfaces import Bullet, CappedTank
 
 ROWS = 20_001  # of the tables
 
@@ -64,6 +64,23 @@ def meridian(tank: CappedTank) -> Meridian:
     chart = np.tan(np.minimum(t, phi) / 2) * np.exp(_summed(knuckle / (a - knuckle + knuckle * np.sin(ring)), ring))
     arc = crown * np.minimum(t, phi) + knuckle * (ring - phi)
     return _made(a, t, arc, chart, lambda t: _torisphere(a, crown, knuckle, phi, t))
+
+
+def ogive(bullet: Bullet) -> Meridian:
+    """Of the nose of a bullet. With the angle u round the centre of its arc, 0 at the shank, r = s (cos u - k); ds / r is a closed form."""
+    s, k, sharp = bullet.arc, 1.0 - 0.5 / bullet.crh, bullet.sharp
+    t = np.linspace(0.0, sharp, ROWS)  # from the tip
+    a, b, tangent = np.sqrt(1.0 - k), np.sqrt(1.0 + k), np.tan(0.5 * (sharp - t))
+    chart = (np.maximum(a - b * tangent, 0.0) / (a + b * tangent)) ** (1.0 / np.sqrt(1.0 - k * k))
+    chart[0] = 0.0
+    return _made(bullet.radius, t, s * t, chart, lambda t: _ogive(s, k, sharp, t))
+
+
+def _ogive(s: float, k: float, sharp: float, t: np.ndarray) -> tuple[np.ndarray, ...]:
+    """At the tip the normal is the axis, the mean of those around it."""
+    u, tip = sharp - t, t <= 0
+    r = np.where(tip, 0.0, s * (np.cos(u) - k))
+    return r, s * np.sin(u), np.where(tip, 0.0, np.cos(u)), np.where(tip, 1.0, np.sin(u))
 
 
 def _made(radius: float, t: np.ndarray, arc: np.ndarray, chart: np.ndarray, at: Callable) -> Meridian:

@@ -24,7 +24,7 @@ from ..errors import SceneError
 from ..frame import BodyFrame
 from ..output.folder import RunFolder
 from ..output.measures.leak import tanks
-from . import plots, struck
+from . import crater, plots, struck
 from .backend import Backend, choose
 from .panel import (
     BENT,
@@ -311,6 +311,7 @@ def _struck(run: RunFolder, backend: Backend) -> list[Path]:
             paths.append(_save(strip, out / f"{field}_over_time.png"))
     for name, figure in (
         ("strikers", plots.strikers(run)),
+        ("crater", crater.section(run)),
         ("pressure", plots.piston(run)),
         *((name, plots.leak(run, fluid)) for fluid, name in tanks(run).items()),
     ):

@@ -24,10 +24,11 @@ _WHERE = {
     "regions": ("Ball", "Box", "Group", "Outside"),
     "schema": ("Scene",),
     "script": ("derive", "dump", "load", "load_scene", "parameters_of"),
-    "solids": ("Brick", "Cells", "Ogive", "Rod"),
+    "solids": ("Brick", "Cells", "Grading", "Ogive", "Pilot", "Rod"),
     "study": ("Convergence", "Study"),
     "surfaces": (
-        "BoxTank", "CappedTank", "Cylinder", "Disc", "Frustum", "HoleIn", "MeshFile", "Net", "Plate", "Roof", "Sphere", "SpherePatch"
+        "BoxTank", "Bullet", "CappedTank", "Cylinder", "Disc", "Frustum", "HoleIn", "MeshFile", "Net", "Plate", "Roof", "Sphere",
+        "SpherePatch",
     ),
     "until": ("LeakKnown",),
     "units": ("Angle", "Density", "Dimensionless", "Force", "Length", "Mass", "Pressure", "Speed", "Spin", "Stiffness", "Time", "to_si"),

@@ -149,6 +149,10 @@ class Concrete(Frozen):
     `strain`: what drives the damage, "de_vree" (modified von Mises strain, exact for both strengths, nothing under pressure) or
     "principal" (P's form: the squares of positive principal strains and `share` times those of negative ones). `rubble`: what is broken
     still rubs under pressure.
+
+    Where cells rupture (critical_damage), one breaks once its damage is complete and its mean stress tensile. `loosest`: only once its
+    volume has grown to that many times the reference; until then it closes again. `flattest`: least principal stretch of a cell; one that
+    is flatter, or turned inside out, breaks whatever it bears.
     """
 
     kind: Literal["concrete"] = "concrete"
@@ -159,6 +163,8 @@ class Concrete(Frozen):
     strain: Literal["de_vree", "principal"] = "de_vree"
     share: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.1
     rubble: StrictBool = True
+    flattest: Annotated[Dimensionless, Field(gt=0, lt=1)] | None = None
+    loosest: Annotated[Dimensionless, Field(gt=1, le=10)] | None = None
 
     @model_validator(mode="after")
     def _stronger_in_compression(self) -> Concrete:
@@ -257,6 +263,11 @@ class Material(Frozen):
     def _believable(self) -> Material:
         if self.damage is None and (self.delay is not None or self.critical_damage is not None):
             raise ValueError("delay and critical_damage need a damage law: set damage")
+        for key in ("flattest", "loosest"):
+            if getattr(self.damage, key, None) is not None and self.critical_damage is None:
+                raise ValueError(
+                    f"damage.{key} says when a cell ruptures, which none does without critical_damage: set it, or leave {key} out"
+                )
         if isinstance(self.damage, LemaitreChaboche) and self.strength is None:
             raise ValueError("damage: 'lemaitre_chaboche' grows with plastic strain and needs a strength: set strength")
         if isinstance(self.damage, Mazars | Concrete) and self.strength is not None:

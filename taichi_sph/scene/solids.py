@@ -23,18 +23,62 @@ def _plain(value: Any) -> Any:
     return value.tolist() if hasattr(value, "tolist") else value
 
 
+class Grading(Frozen):
+    """Cells of a brick that grow: as the spacing has it from `lo` to `hi` [m], in the scene's coordinates (None: to the end), and beyond by
+    the factor `growth` from one to the next, up to `largest`."""
+
+    lo: tuple[Length | None, Length | None, Length | None] = (None, None, None)
+    hi: tuple[Length | None, Length | None, Length | None] = (None, None, None)
+    growth: Annotated[Dimensionless, Field(gt=1.0, le=2.0)] = 1.2
+    largest: Size | None = None
+
+
+class Pilot(Frozen):
+    """A narrow square hole along z, of half the width `radius`, on the edge of a brick where x and y are least: the line of flight in a
+    quarter between planes of symmetry. The cells on the edge are left out, and those within `reach` of it drawn towards the hole. A sharp
+    striker then parts the cells before it; without, it presses them flat."""
+
+    radius: Size
+    reach: Size
+
+
 class Brick(Frozen):
     """A box with its edges along x, y, z, of hexahedra: `size` from the corner `origin`. `layers`: cells along each axis; None: as the
-    spacing has it."""
+    spacing has it. `graded`: fine where something happens, coarse elsewhere. `pilot`: a hole for a sharp striker."""
 
     kind: Literal["brick"] = "brick"
     size: tuple[Size, Size, Size]
     origin: Point = (0.0, 0.0, 0.0)
     layers: tuple[Annotated[StrictInt, Field(ge=1)], Annotated[StrictInt, Field(ge=1)], Annotated[StrictInt, Field(ge=1)]] | None = None
+    graded: Grading | None = None
+    pilot: Pilot | None = None
+
+    @model_validator(mode="after")
+    def _has_room(self) -> Brick:
+        if self.pilot is not None and not self.pilot.radius < self.pilot.reach <= min(self.size[:2]):
+            raise ValueError(
+                f"pilot.reach {self.pilot.reach:g} m must be above its radius, {self.pilot.radius:g} m, and at most the width of the "
+                f"brick, {min(self.size[:2]):g} m"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _fine_somewhere(self) -> Brick:
+        if self.graded is None:
+            return self
+        if self.layers is not None:
+            raise ValueError("layers and graded are both given: leave one out")
+        for k, axis in enumerate("xyz"):
+            low, high = self.origin[k], self.origin[k] + self.size[k]
+            lo, hi = self.graded.lo[k], self.graded.hi[k]
+            a, b = low if lo is None else lo, high if hi is None else hi
+            if not low * (1 - 1e-12) - 1e-12 <= a < b <= high * (1 + 1e-12) + 1e-12:
+                raise ValueError(f"graded: lo {a:g} m and hi {b:g} m along {axis} are no stretch of the brick, from {low:g} to {high:g} m")
+        return self
 
     @property
     def volume(self) -> float:
-        return math.prod(self.size)
+        return math.prod(self.size) - (0.0 if self.pilot is None else self.pilot.radius**2 * self.size[2])
 
     @property
     def smallest(self) -> float:

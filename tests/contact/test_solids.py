@@ -11,6 +11,7 @@ from taichi_sph.errors import SceneError
 from taichi_sph.run.plan import plan
 from taichi_sph.scene import (
     BoxTank,
+    Bullet,
     Driven,
     Fluid,
     InitialVelocity,
@@ -77,6 +78,37 @@ def test_other_shapes_and_their_balls():
     assert np.ptp(block.places, axis=0) == pytest.approx(sides - 2 * block.radii[0])
 
 
+def test_an_ogive_and_its_balls():
+    """15 g of steel, calibre 12.6 mm, CRH 2.5: centre and moments by integrals over its discs; balls fill it but for the point."""
+    bullet = Bullet(radius=6.3e-3, length=5e-3, crh=2.5)
+    solid = solid_of(one := Rigid(name="ogive", surface=bullet, density=7850.0), alone(one, spacing=0.5e-3))
+    z = np.linspace(0, bullet.length + bullet.nose, 20_001)
+    r = np.sqrt(bullet.arc**2 - np.maximum(z - bullet.length, 0) ** 2) - bullet.arc + bullet.radius
+    mass = 7850 * np.pi * np.trapezoid(r**2, z)
+    centre = 7850 * np.pi * np.trapezoid(r**2 * z, z) / mass
+    along = 7850 * np.pi / 2 * np.trapezoid(r**4, z)
+    across = 7850 * np.pi * np.trapezoid(r**4 / 4 + r**2 * (z - centre) ** 2, z)
+    assert solid.mass == pytest.approx(mass, rel=3e-3) and mass == pytest.approx(15e-3, rel=0.01)
+    assert solid.centre == pytest.approx([0, 0, centre], rel=1e-3, abs=1e-9)
+    assert np.diag(solid.moments) == pytest.approx([across, across, along], rel=5e-3)
+    tip = bullet.length + bullet.nose
+    assert tip - 2.0 * solid.radii[0] < (solid.places[:, 2] + solid.radii).max() < tip
+
+
+def test_a_body_on_a_rail_keeps_to_it():
+    """Struck from the side it moves along its axis alone and does not turn; the rail does no work."""
+    ball = Pinball(centre=(0.0, 0.0, 0.0), radius=0.1)
+    one = Rigid(name="one", mass=1.0, pinballs=[ball], slides="x", restitution=1.0)
+    two = Rigid(name="two", mass=1.0, pinballs=[Pinball(centre=(-0.16, -0.16, 0.05), radius=0.1)], velocity=(5, 5, 0), restitution=1.0)
+    sim = start(alone(one, two, duration=0.05))
+    sim.advance_to(0.05)
+    v = runtime.get(sim.rigids.v, 2)
+    assert v[0, 0] > 1.0 and (v[0, 1:] == 0).all() and (runtime.get(sim.rigids.L, 2)[0] == 0).all()
+    assert (runtime.get(sim.rigids.x, 2)[0, 1:] == 0).all()
+    assert v[0, 0] + v[1, 0] == pytest.approx(5.0, rel=1e-12)
+    assert 0.5 * (v**2).sum() == pytest.approx(25.0, rel=1e-4)
+
+
 @pytest.mark.long
 def test_a_shaken_tank_feels_the_water():
     """Driven along x at one acceleration, a full tank is pushed by - m a of its water, and moves as it is told."""
@@ -128,6 +160,9 @@ def test_a_platen_at_constant_speed_and_a_wall():
         ({"surface": Sphere(radius=1), "density": 1, "side": "inside"}, "side = 'inside': rigid 'r' is a tank without walls of its own"),
         ({"pinballs": [Pinball(centre=(0, 0, 0), radius=0.1)], "mass": 20, "side": "inside"}, "side is of a body with a surface"),
         ({"surface": Plate(length=1, width=1), "mass": 1.0}, "rigids[0].surface is open, so it has no volume; close it"),
+        ({"surface": Sphere(radius=1), "mass": 1, "slides": "z", "velocity": (1, 0, 2)}, "slides = 'z': rigid 'r' moves along z alone"),
+        ({"surface": Sphere(radius=1), "mass": 1, "slides": "z", "spin": (0, 0, 2)}, "and spin [0.0, 0.0, 2.0] rad/s say otherwise"),
+        ({"surface": Sphere(radius=1), "mass": 1, "slides": "z", "held": True}, "slides: rigid 'r' is held and takes no rail"),
         ({"surface": BoxTank(size=(1, 1, 0.01)), "mass": 1.0}, "is larger than the body: the box of rigid 'r' takes at most 10 mm"),
     ],
 )  # fmt: skip

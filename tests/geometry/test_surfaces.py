@@ -19,6 +19,7 @@ from taichi_sph.geometry.surfaces import generate
 from taichi_sph.run.plan import plan
 from taichi_sph.scene import (
     BoxTank,
+    Bullet,
     CappedTank,
     Cylinder,
     Disc,
@@ -49,6 +50,7 @@ CLOSED = {
     "bucket": Frustum(radius=0.8, end_radius=1.2, length=1, ends="discs", axis="x", start_angle="20 deg"),
     "box": BoxTank(size=(1, 1.5, 2), origin=(3, 2, 1)),
     "sphere": Sphere(radius=1, origin=(1, 1, 1)),
+    "bullet": Bullet(radius=1, length=1, crh=1, axis="y", origin=(1, 2, 3), turned=True),
 }
 TUBES = {
     "tube": Cylinder(radius=1, length=2, axis="y"),
@@ -128,6 +130,21 @@ def slope_of_head(tank: CappedTank, p: np.ndarray, up: np.ndarray) -> tuple[np.n
     return np.where(ring, r - a + knuckle, r), np.where(ring, up, up - centre)
 
 
+def normals_of_a_bullet(bullet: Bullet, p: np.ndarray) -> np.ndarray:
+    """From the circle of its arc, about a point beside the rim of its nose."""
+    turn = np.array([1.0, -1.0, -1.0] if bullet.turned else [1.0, 1.0, 1.0])
+    p = p * turn
+    r, up = np.hypot(p[:, 0], p[:, 1]), p[:, 2] - bullet.length
+    out, along = (r + bullet.arc - bullet.radius) / bullet.arc, up / bullet.arc
+    nose, tip, flat = up > -1e-9, r < 1e-9, np.abs(p[:, 2]) < 1e-9
+    assert np.hypot(out, along)[nose] == pytest.approx(np.ones(nose.sum()), rel=1e-12)
+    assert r[~nose & ~flat] == pytest.approx(np.full((~nose & ~flat).sum(), bullet.radius), rel=1e-12)
+    radial = np.where(flat & (r < bullet.radius * (1 - 1e-9)), 0.0, np.where(nose, out, 1.0)) * ~tip
+    axial = np.where(flat, -1.0, np.where(tip, 1.0, np.where(nose, along, 0.0)))
+    normal = np.column_stack([radial[:, None] * p[:, :2] / np.maximum(r, 1e-9)[:, None], axial])
+    return normal / np.linalg.norm(normal, axis=1)[:, None] * turn
+
+
 def true_normals(surface, mesh: SurfaceMesh) -> np.ndarray:
     """(N, 3) from the formula of the surface, in its local axes."""
     p = local(surface, mesh.points - np.asarray(surface.origin))
@@ -142,6 +159,8 @@ def true_normals(surface, mesh: SurfaceMesh) -> np.ndarray:
         return normal / np.linalg.norm(normal, axis=1)[:, None]
     if isinstance(surface, Sphere):
         return p / surface.radius
+    if isinstance(surface, Bullet):
+        return normals_of_a_bullet(surface, p)
     if isinstance(surface, Frustum):
         r, z = np.hypot(p[:, 0], p[:, 1]), p[:, 2]
         lean = (surface.end_radius - surface.radius) / surface.length
@@ -275,6 +294,24 @@ def test_any_head(head, radius):
     assert report(mesh).startswith("closed (watertight), volume")
     assert mesh.areas.sum() == pytest.approx(tank.area, rel=0.012) and mesh.volume == pytest.approx(tank.volume, rel=0.02)
     assert (mesh.points[:, 2].max() - radius, -mesh.points[:, 2].min()) == pytest.approx((tank.height,) * 2, rel=0.02)
+
+
+@pytest.mark.parametrize("crh", [0.5, 1.5, 2.5, 5.0])
+def test_bullets(crh):
+    """Closed, as large as the closed forms say, as long as nose and shank; half a ball has the volume of one."""
+    bullet = Bullet(radius=6.3e-3, length=5e-3, crh=crh)
+    mesh = mesh_of(bullet, 0.5e-3)
+    assert report(mesh).startswith("closed (watertight), volume")
+    assert mesh.volume == pytest.approx(bullet.volume, rel=3e-3) and mesh.areas.sum() == pytest.approx(bullet.area, rel=2e-3)
+    assert np.ptp(mesh.points[:, 2]) == pytest.approx(bullet.length + bullet.nose, rel=1e-12)
+    z = np.linspace(0.0, bullet.nose, 20_001)
+    wide = np.sqrt(bullet.arc**2 - z**2) - bullet.arc + bullet.radius
+    summed = np.pi * (bullet.radius**2 * bullet.length + np.trapezoid(wide**2, z))
+    assert bullet.volume == pytest.approx(summed, rel=1e-7)
+    assert wide[-1] == pytest.approx(0.0, abs=1e-9 * bullet.radius) or crh == 0.5
+    if crh == 0.5:
+        assert bullet.nose == bullet.radius
+        assert bullet.volume == pytest.approx(np.pi * bullet.radius**2 * (bullet.length + 2 / 3 * bullet.radius))
 
 
 def test_heads_of_the_standards():

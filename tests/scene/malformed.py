@@ -50,7 +50,7 @@ MALFORMED: list[tuple[str, Any, str]] = [
     (
         "shells.0.surface.kind",
         "torus",
-        "is not allowed; valid: plate, disc, cylinder, capped_tank, frustum, box, sphere_patch, sphere, roof, mesh, net",
+        "is not allowed; valid: plate, disc, cylinder, capped_tank, frustum, bullet, box, sphere_patch, sphere, roof, mesh, net",
     ),
     ("shells.0.motion", "in plane", "did you mean 'in_plane'?"),
     ("shells.0.name", "../plate", "it becomes a file name"),

@@ -47,7 +47,8 @@ class RigidBodies(Pool):
         self.ahead = field("ahead", 0, "J", "what gravity does on the way to n + 1", True)
         self.kinetic = field("kinetic", 0, "J", "of the last step", True)
         self.mass = field("mass", 0, "kg", "mass")
-        self.free = field("free", 0, "", "1, and 0 for a body that is held or driven")
+        self.free = field("free", 0, "", "1, and 0 for a body that does not turn by itself: held, driven, or on a rail")
+        self.way = field("way", 3, "", "1 along the axes along which it moves by itself, else 0")
         self.drives = any(body.driven is not None for body in said)
         if self.drives:
             self.driven = field("driven", 0, "", "1 for a body that is driven")
@@ -72,7 +73,8 @@ class RigidBodies(Pool):
         runtime.put(self.L, np.array([body.moments @ np.array(body.said.spin) for body in bodies]))
         runtime.put(self.q, np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)))
         runtime.put(self.mass, np.array([body.mass for body in bodies]))
-        runtime.put(self.free, np.array([float(body.free) for body in said]))
+        runtime.put(self.free, np.array([float(body.free and body.slides is None) for body in said]))
+        runtime.put(self.way, np.array([[float(body.free and body.slides in (None, axis)) for axis in "xyz"] for body in said]))
         if self.drives:
             v, spin = self._led(0.0)
             runtime.put(self.driven, np.array([float(body.driven is not None) for body in said]))
@@ -148,7 +150,7 @@ def spin_of(rigids: ti.template(), r):
 @ti.func
 def free_velocity(rigids: ti.template(), r, kick):
     """Velocity of the centre at the half step to come, by the forces so far [m/s]."""
-    v = rigids.v[r] + rigids.free[r] * kick / rigids.mass[r] * (rigids.weight[r] + rigids.force[r])
+    v = rigids.v[r] + rigids.way[r] * kick / rigids.mass[r] * (rigids.weight[r] + rigids.force[r])
     if ti.static(rigids.drives):
         if rigids.driven[r] > 0.0:
             v = rigids.led[r]
@@ -181,7 +183,7 @@ def move(rigids: ti.template(), n: ti.i32, dt_before: ti.f64, dt: ti.f64):
         q, before, L_before = rigids.q[r], rigids.v[r], rigids.L[r]
         v = free_velocity(rigids, r, kick)
         L = L_before + rigids.free[r] * kick * rigids.torque[r]
-        weight = rigids.free[r] * rigids.weight[r]
+        weight = rigids.way[r] * rigids.weight[r]
         behind, ahead = 0.5 * dt_before * weight.dot(before), 0.5 * dt * weight.dot(v)
         if ti.static(rigids.drives):
             if rigids.driven[r] > 0.0:  # gravity, and what else it takes to drive the body

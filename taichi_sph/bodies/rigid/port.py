@@ -94,9 +94,7 @@ def _offer(port: ti.template(), rigids: ti.template(), first: ti.i32, last: ti.i
         port.x[m] = rigids.x[r]
         port.before[m] = rigids.v[r]
         port.free[m] = free_velocity(rigids, r, kick)
-        w = ti.Vector([0.0, 0.0, 0.0], ti.f64)
-        w += rigids.free[r] / rigids.mass[r]
-        port.ease[m] = w
+        port.ease[m] = rigids.way[r] / rigids.mass[r]
         port.q[t] = rigids.q[r]
         port.pose[t] = product(rigids.q[r], rigids.axes[r])
         port.moments[t] = rigids.moments[r]

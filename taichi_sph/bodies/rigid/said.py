@@ -98,7 +98,8 @@ class Rigid(Body):
     `inertia`: principal moments about the scene's axes [kg m2]; without it that of solid balls which share the mass
     by their volumes. `restitution` is Newton's, between this body and another rigid one (the larger of the two
     counts, and what `meetings` say of the pair before both): 0 is plastic, 1 elastic; what is deformable bounces by itself. It has no step
-    of its own: a rigid body moves with the fastest of the others.
+    of its own: a rigid body moves with the fastest of the others. `slides`: it moves along that axis alone and does not turn, as on a rail
+    without friction; so a striker on the line where two planes of symmetry meet stays there, with the share of the mass that is computed.
 
     `faces`: what water presses on, in place of the pinballs. Together they close what is solid as far as the water's kernel reaches:
     w of couplings/wetted is a closed integral.
@@ -119,6 +120,7 @@ class Rigid(Body):
     restitution: Annotated[Dimensionless, Field(ge=0, le=1)] = 0.0
     held: StrictBool = False
     driven: Driven | None = None
+    slides: Literal["x", "y", "z"] | None = None
     faces: tuple[Annotated[DiscFace | TubeFace, *Choice], ...] = ()
 
     @model_validator(mode="after")
@@ -134,6 +136,14 @@ class Rigid(Body):
         if self.driven is not None and (self.held or any((*self.velocity, *self.spin))):
             other = "is held in place" if self.held else "has a velocity or spin of its own"
             raise ValueError(f"driven: rigid '{self.name}' {other} as well; leave one out")
+        if self.slides is not None:
+            if not self.free:
+                raise ValueError(f"slides: rigid '{self.name}' is {'held' if self.held else 'driven'} and takes no rail; leave one out")
+            if any(v for axis, v in zip("xyz", self.velocity) if axis != self.slides) or any(self.spin):
+                raise ValueError(
+                    f"slides = '{self.slides}': rigid '{self.name}' moves along {self.slides} alone and does not turn; its velocity "
+                    f"{list(self.velocity)} m/s and spin {list(self.spin)} rad/s say otherwise"
+                )
         if bool(self.pinballs) == (self.surface is not None):
             what = "both given: leave one out" if self.pinballs else "missing: give one of them"
             raise ValueError(f"pinballs and surface of rigid '{self.name}' are {what}")

@@ -3,7 +3,7 @@
 For a closed surface, mass, centre and inertia are sums over the tetrahedra that its triangles form with one point. Shells meet
 its triangles themselves. What has no faces (water, other rigid bodies) meets balls, which stand behind
 the surface and touch it from there. Their radius is `RADIUS` spacings, less where the body is thin, and they stand `PITCH` radii apart.
-Between four of them a flat face is lower by 0.13 radii. Edges and corners are rounded by one radius.
+Between four of them a flat face is lower by 0.13 radii. Edges and corners are rounded by one radius, and so is a point, in which none fits.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from .said import LIKE, Rigid
 
 RADIUS, PITCH = 1.0, 0.7
 HALVINGS = 3  # of the radius, until the balls fit
+POINTED, BESIDE = 0.01, 3.0  # share of the balls that may be left out in points, and radii that another one may be away there
 FLAT = 0.01  # rad that two triangles fold outward: less is plane
 MOST = 20_000  # balls of a body
 
@@ -123,6 +124,8 @@ def _turned(mesh: SurfaceMesh) -> SurfaceMesh:
 
 def _balls(mesh: SurfaceMesh, spacing: float, key: str) -> tuple[np.ndarray, float]:
     """(B, 3) places of the balls behind a surface, and their radius [m]."""
+    from scipy.spatial import cKDTree
+
     walls = triangles_of(mesh)
     half, facing = np.zeros(len(walls)), np.cross(walls[:, 1] - walls[:, 0], walls[:, 2] - walls[:, 0])
     radius = RADIUS * spacing
@@ -135,8 +138,9 @@ def _balls(mesh: SurfaceMesh, spacing: float, key: str) -> tuple[np.ndarray, flo
         away, nearest = away_from(places, walls, 1.01 * radius)
         near = np.isfinite(away).all(axis=1)  # the others are farther from the surface than a radius
         behind = np.einsum("ni,ni->n", np.where(near[:, None], away, places - at), np.where(near[:, None], facing[nearest], normal)) < 0
-        if ((np.linalg.norm(away, axis=1) > 0.95 * radius) & behind).all():
-            return places, radius
+        fits = (np.linalg.norm(away, axis=1) > 0.95 * radius) & behind
+        if fits.all() or ((~fits).mean() <= POINTED and cKDTree(places[fits]).query(at[~fits])[0].max() <= BESIDE * radius):
+            return places[fits], radius
         radius *= 0.5
     else:
         raise SceneError(

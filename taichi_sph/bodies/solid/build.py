@@ -40,7 +40,11 @@ def laws(solid: Solid) -> tuple:
         if strength is None
         else (strength.kind == "table", strength.kind == "johnson_cook", getattr(strength, "heat", None) is not None)
     )
-    breaks = None if damage is None else (damage.kind, getattr(damage, "strain", None), getattr(damage, "rubble", None))
+    breaks = (
+        None
+        if damage is None
+        else (damage.kind, getattr(damage, "strain", None), getattr(damage, "rubble", None), getattr(damage, "flattest", None) is None)
+    )
     burns = material.burns is not None
     return (hardens, breaks, material.delay is not None, material.critical_damage is not None, solid.viscous, solid.formulation.kind, burns)
 

@@ -89,7 +89,7 @@ def strain(cells: ti.template(), nodes: ti.template(), material: ti.template(), 
             Q = volume * P - pull * M
             kept = pull * 0.0 + 1.0
             if ti.static(material.breaks):
-                if dt > 0.0 and _breaks(cells, material, s, b, E):
+                if dt > 0.0 and _breaks(cells, material, s, b, F, stiffer):
                     kept *= 0.0
             way = pull * 0.0
             for e in range(first, last):
@@ -136,11 +136,14 @@ def _viscosity(cells: ti.template(), material: ti.template(), s, b, F: ti.templa
 
 
 @ti.func
-def _breaks(cells: ti.template(), material: ti.template(), s, b, E: ti.template()):
-    """Whether the damage of a cell has reached that of rupture: concrete only where it is not under pressure, else it stays as rubble."""
+def _breaks(cells: ti.template(), material: ti.template(), s, b, F: ti.template(), stiffer):
+    """Whether the damage of a cell has reached that of rupture: concrete only where its mean stress is tensile, else it stays as rubble,
+    unless it is flatter than a cell may be."""
     result = cells.delayed[s] >= material.critical[b]
     if ti.static(material.brittle):
-        result = result and E[0] + E[1] + E[2] > 0.0
+        result = result and F.determinant() > material.loosest[b]
+        if ti.static(material.flattens):
+            result = result or stiffer * material.flattest[b] * material.flattest[b] > 1.0 or F.determinant() <= 0.0
     return result
 
 

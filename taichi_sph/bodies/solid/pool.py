@@ -27,6 +27,8 @@ OWN = {  # constants beside those of shells: unit and meaning
     "compression": ("Pa", "concrete: strength in compression"),
     "ratio": ("", "concrete: compression over tension"),
     "share": ("", "concrete: of the squares of negative principal strains"),
+    "flattest": ("", "concrete: least principal stretch of a cell"),
+    "loosest": ("", "concrete: volume of a broken cell over that of the reference, up to which it stays"),
     "room": ("K", "temperature at the start"),
     "melting": ("K", "temperature"),
     "softening": ("", "m, exponent of heat"),
@@ -53,6 +55,7 @@ class SolidMaterial(MaterialPool):
         self.heats = getattr(strength, "heat", None) is not None
         self.principal = self.brittle and getattr(damage, "strain", "") == "principal"
         self.rubs = self.brittle and bool(getattr(damage, "rubble", False))
+        self.flattens = self.brittle and getattr(damage, "flattest", None) is not None
         self.burns = materials[0].burns is not None
         self.damps = any(viscous)
         self.rows = iter(range(len(materials)))
@@ -67,6 +70,9 @@ class SolidMaterial(MaterialPool):
         if self.brittle:
             values = {"young": m.young, "poisson": m.poisson, "threshold": damage.tension / m.young, "A": damage.A, "B": damage.B}
             values |= {"compression": damage.compression, "ratio": damage.compression / damage.tension, "share": damage.share}
+            values["loosest"] = damage.loosest or 1.0
+            if self.flattens:
+                values["flattest"] = damage.flattest
             if m.delay is not None:
                 values |= {"a": m.delay.a, "tau_c": m.delay.tau_c}
             if m.critical_damage is not None:

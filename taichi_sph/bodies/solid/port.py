@@ -3,8 +3,9 @@
 The disc lies half its thickness below its node, so that its outer side is the surface itself. With its rim it reaches as far as the nearest
 node along an edge: to the edge of the body and not beyond it, also where the cells beside the edge are pressed flat. Where faces meet at an
 angle (an edge, a corner, the lip of a crater) the disc is a small ball that touches all of them from inside. A node without live cells, a
-fragment, is a ball about itself. A face is on the surface while one of its two cells lives. It goes through the middles of the discs at its
-corners and is as thick as they are, so nodes of other bodies meet the surface itself between its nodes as well.
+fragment, is a ball about itself. A node inside, among live cells alone, is not met. A face is on the surface while one of its two cells
+lives. It goes through the middles of the discs at its corners and is as thick as they are, so nodes of other bodies meet the surface itself
+between its nodes as well.
 """
 
 from typing import Any
@@ -15,7 +16,7 @@ from ... import runtime
 from ...pool import Pool
 from ...runtime import ti
 from ..body import Now, Span
-from ..faces import lay_face
+from ..faces import NOWHERE, lay_face
 from ..nodal.loads import history
 from ..surface import BODY, DISC, FACE, FIRST, MOVER, THIN, Discs, Faces, Surface
 
@@ -128,6 +129,19 @@ def _disc(skin: ti.template(), nodes: ti.template(), cells: ti.template(), k):
 
 
 @ti.func
+def _within(skin: ti.template(), cells: ti.template(), k):
+    """1 of a mover inside the body: all cells around it live, and none of its faces is on the surface. Nothing meets it."""
+    result = 1
+    for m in range(skin.start[k], skin.start[k + 1]):
+        one, other = skin.cells[skin.face[m]][0], skin.cells[skin.face[m]][1]
+        if other < 0:
+            result = 0
+        elif cells.broken[one] + cells.broken[other] > 0:
+            result = 0
+    return result
+
+
+@ti.func
 def _nearest(skin: ti.template(), nodes: ti.template(), cells: ti.template(), k):
     """Length now of the shortest edge of the surface at a mover [m]."""
     i = skin.node[k]
@@ -174,6 +188,8 @@ def _look(port: ti.template(), of: ti.template(), n: ti.i32, bodies: ti.i32, at:
             ti.atomic_max(port.speed[b], speed)
         if places == 1:
             x, normal, radius = _disc(of.skin, of.nodes, of.cells, k)
+            if _within(of.skin, of.cells, k) == 1:
+                x = ti.Vector([-NOWHERE, -NOWHERE, -NOWHERE], ti.f64)  # across from the faces that are not met
             port.disc_x[d], port.disc_n[d] = x, normal
             if balls == 1:
                 port.ball_x[at[THIN] + k] = x

@@ -105,7 +105,7 @@ def checked(name: str, points: np.ndarray, cells: np.ndarray, spacing: float | N
 def count(shape: Made, spacing: float) -> float:
     """Nodes that a shape will have, about."""
     if isinstance(shape, Brick):
-        return math.prod(n + 1 for n in _layers(shape, spacing))
+        return math.prod(n + 1 for n in _layers(shape, spacing)) if shape.graded is None else math.prod(map(len, _graded(shape, spacing)))
     return shape.volume / spacing**3
 
 
@@ -116,10 +116,60 @@ def _layers(shape: Brick, spacing: float) -> tuple[int, int, int]:
 
 def brick(shape: Brick, spacing: float) -> SolidMesh:
     """Nodes in the order of z, then y, then x."""
-    n = _layers(shape, spacing)
-    axes = [np.linspace(0.0, side, k + 1) + start for side, k, start in zip(shape.size, n, shape.origin)]
+    if shape.graded is not None:
+        axes = _graded(shape, spacing)
+        n = (len(axes[0]) - 1, len(axes[1]) - 1, len(axes[2]) - 1)
+    else:
+        n = _layers(shape, spacing)
+        axes = [np.linspace(0.0, side, k + 1) + start for side, k, start in zip(shape.size, n, shape.origin)]
     z, y, x = np.meshgrid(axes[2], axes[1], axes[0], indexing="ij")
-    return SolidMesh(np.column_stack([x.ravel(), y.ravel(), z.ravel()]), _lattice(*n))
+    points, cells = np.column_stack([x.ravel(), y.ravel(), z.ravel()]), _lattice(*n)
+    return SolidMesh(points, cells) if shape.pilot is None else _bored(shape, points, cells)
+
+
+def _bored(shape: Brick, points: np.ndarray, cells: np.ndarray) -> SolidMesh:
+    """With its pilot hole: squares about the edge become smaller, the first one as wide as the hole."""
+    pilot, corner = shape.pilot, np.asarray(shape.origin[:2])
+    assert pilot is not None
+    across = points[:, :2] - corner
+    wide = across.max(axis=1)
+    first = np.unique(np.round(wide, 12))[1]
+    if not pilot.radius < first < pilot.reach:
+        raise SceneError(
+            f"pilot: its radius {show(pilot.radius, 'm')} must be below the first cell of the brick, {show(first, 'm')}, and its reach "
+            f"{show(pilot.reach, 'm')} above it"
+        )
+    drawn = (wide > 0.5 * first) & (wide < pilot.reach)
+    now = pilot.radius + (wide - first) * ((pilot.reach - pilot.radius) / (pilot.reach - first))
+    points[:, :2] = np.where(drawn[:, None], corner + across * (now / np.where(drawn, wide, 1.0))[:, None], points[:, :2])
+    cells = cells[wide[cells].min(axis=1) > 0.5 * first]
+    used = np.zeros(len(points), bool)
+    used[cells] = True
+    return SolidMesh(points[used], (np.cumsum(used) - 1)[cells].astype(np.int32))
+
+
+def _graded(shape: Brick, spacing: float) -> list[np.ndarray]:
+    """Coordinates of the layers of nodes along each axis [m]."""
+    graded, found = shape.graded, []
+    assert graded is not None
+    largest = math.inf if graded.largest is None else max(graded.largest, spacing)
+    for start, side, lo, hi in zip(shape.origin, shape.size, graded.lo, graded.hi):
+        a, b = start if lo is None else max(lo, start), start + side if hi is None else min(hi, start + side)
+        fine = min(max(1, round((b - a) / spacing)), MAX_NODES)
+        below, above = (_growing(room, (b - a) / fine, graded.growth, largest) for room in (a - start, start + side - b))
+        found.append(np.concatenate([a - below[:0:-1], np.linspace(a, b, fine + 1), b + above[1:]]))
+    return found
+
+
+def _growing(room: float, first: float, growth: float, largest: float) -> np.ndarray:
+    """Coordinates from 0 to `room` [m] of cells that grow from `first`; all a little shorter than that, so that they end there."""
+    if room <= 1e-9 * first:
+        return np.zeros(1)
+    ends, cell = [0.0], min(first * growth, largest)
+    while ends[-1] < room * (1 - 1e-9) and len(ends) < 10_000:
+        ends.append(ends[-1] + cell)
+        cell = min(cell * growth, largest)
+    return np.array(ends) * (room / ends[-1])
 
 
 def _lattice(nx: int, ny: int, nz: int) -> np.ndarray:

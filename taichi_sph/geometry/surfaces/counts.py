@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ...scene import Numerics
-from ...scene.surfaces import BoxTank, CappedTank, Cylinder, Disc, Frustum, Generated, Plate, Roof, Sphere, SpherePatch
+from ...scene.surfaces import BoxTank, Bullet, CappedTank, Cylinder, Disc, Frustum, Generated, Plate, Roof, Sphere, SpherePatch
 from ..ogrid import of_sphere, proportions
 from .round import eights_of, rim_of
 
@@ -40,7 +40,7 @@ def count(surface: Generated, numerics: Numerics) -> int:
             nodes = (along(surface.radius * (surface.half_angle - surface.start)) + 1) * (along(surface.length) + 1)
         case Cylinder() if surface.ends == "open" and not surface.whole:
             nodes = (along(surface.radius * surface.angle) + 1) * (along(surface.length) + 1)
-        case Frustum() | Sphere() | BoxTank():
+        case Frustum() | Sphere() | BoxTank() | Bullet():
             nodes = surface.gross / d / d
         case CappedTank() if surface.cap not in ("flat", "dome"):
             nodes = surface.gross / d / d

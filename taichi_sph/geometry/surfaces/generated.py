@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...scene import Numerics
-from ...scene.surfaces import BoxTank, CappedTank, Cylinder, Disc, Frustum, Generated, Plate, Roof, Sphere, SpherePatch, frame_of
+from ...scene.surfaces import BoxTank, Bullet, CappedTank, Cylinder, Disc, Frustum, Generated, Plate, Roof, Sphere, SpherePatch, frame_of
 from ..holes import Cutter
 from ..mesh import SurfaceMesh, plate
 from .box import box
@@ -16,7 +16,7 @@ from .flat import sheet
 from .patch import Finish, along, put, stood, then
 from .round import cap, cone, eights_of, quarter, rim_of, wall
 from .sphere import sphere
-from .tank import closed, head
+from .tank import closed, head, nose
 
 
 def generate(surface: Generated, numerics: Numerics) -> SurfaceMesh:
@@ -72,6 +72,12 @@ def _generated(surface: Generated, d: float, finish: Finish) -> SurfaceMesh:
             rim = rim_of((surface.radius + surface.end_radius) / 2, d)
             caps = [cap(rim, radius, 0.0) for radius in (surface.radius, surface.end_radius)]
             return put(closed(cone(surface, None, d), surface.length, surface.start_angle, caps, finish, there), there)
+        case Bullet():
+            rim = eights_of(surface.radius, d)
+            side = wall(surface.radius, surface.length, 0.0, None, d, rim)
+            if surface.turned:
+                there = then(lambda x, n: (x * [1, -1, -1], n * [1, -1, -1]), there)
+            return put(closed(side, surface.length, 0.0, [cap(rim, surface.radius, 0.0), nose(surface, rim)], finish, there), there)
         case CappedTank():
             # a cone has a node at its tip, which eights of columns have
             rim = eights_of(surface.radius, d) if surface.cap == "conical" else rim_of(surface.radius, d)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...scene.surfaces import CappedTank
-from ..heads import meridian
+from ...scene.surfaces import Bullet, CappedTank
+from ..heads import Meridian, meridian, ogive
 from ..mesh import SurfaceMesh
 from ..ogrid import ogrid
 from .patch import Finish, Patch, Place, mesh_from, mirrored, then
@@ -18,10 +18,19 @@ def head(tank: CappedTank, rim: int) -> Patch:
     """A head of a tank over its rim in z = 0."""
     if tank.cap in ("flat", "dome"):
         return cap(rim, tank.radius, tank.half_angle)
-    line = meridian(tank)
-    xy, quads = ogrid(rim, bent=(line.arc[-1] / tank.radius, line.width))
+    return _turned(meridian(tank), tank.radius, rim, tank.cap == "conical")
+
+
+def nose(bullet: Bullet, rim: int) -> Patch:
+    """The nose of a bullet over its rim in z = 0."""
+    return _turned(ogive(bullet), bullet.radius, rim, True)
+
+
+def _turned(line: Meridian, radius: float, rim: int, sharp: bool) -> Patch:
+    """What a meridian draws over its rim; sharp: it ends in a point."""
+    xy, quads = ogrid(rim, bent=(line.arc[-1] / radius, line.width))
     inner = np.arange(len(xy)) < len(xy) - rim
-    if tank.cap == "conical":
+    if sharp:
         inner[np.argmin(np.linalg.norm(xy, axis=1))] = False  # the tip stays where it is
     return Patch(line.laid_out(xy), quads, inner, line.bend)
 

@@ -13,7 +13,7 @@ from ...errors import SceneError, nearest
 from ...scene import Scene
 from ...scene.check import shortened
 from ..folder import RunFolder
-from . import column, cracks, entry, expansion, fluid, folds, fragments, leak, perforation, plates, solids, waves
+from . import column, cracks, entry, expansion, fluid, folds, fragments, leak, penetration, perforation, plates, solids, waves
 
 Measure = Callable[..., float | None]
 
@@ -55,6 +55,8 @@ MEASURES: dict[str, tuple[Measure, str]] = {  # name -> function, unit
     "striker_energy_lost": (perforation.striker_energy_lost, "J"),
     "drag_coefficient": (entry.drag_coefficient, ""),
     "cavity_radius": (entry.cavity_radius, "m"),
+    "penetration_depth": (penetration.penetration_depth, "m"),
+    "crater_diameter": (penetration.crater_diameter, "m"),
     "peak_force": (perforation.peak_force, "N"),
     "time_to_rupture": (perforation.time_to_rupture, "s"),
     "leak_rate": (leak.leak_rate, "l/s"),
@@ -119,7 +121,7 @@ def _whose(scene: Scene, name: str, option: str) -> tuple[list[str], list[str]]:
     if option == "fluid":
         filled = [fluid.name for fluid in scene.fluids if getattr(fluid.fill, "shell", None) is not None]
         return (filled, filled) if function.__module__ == leak.__name__ else (fluids, fluids)
-    if function.__module__ == solids.__name__ or function is perforation.body_speed:
+    if function.__module__ in (solids.__name__, penetration.__name__) or function is perforation.body_speed:
         return (found := [solid.name for solid in scene.solids]), found
     shells = [shell.name for shell in scene.shells]
     return shells, [] if function is perforation.time_to_rupture else shells

@@ -13,15 +13,15 @@ from .base import HoleIn, Shaped
 from .box import BoxTank
 from .flat import Disc, Plate, frame_of
 from .given import MeshFile, Net
-from .round import Cylinder, Frustum, Roof
+from .round import Bullet, Cylinder, Frustum, Roof
 from .sphere import Sphere, SpherePatch
 from .tank import CappedTank
 
 __all__ = [
-    "BoxTank", "CappedTank", "Cylinder", "Disc", "Frustum", "Generated", "Given", "HoleIn", "MeshFile", "Net", "Plate", "Roof", "Shaped",
-    "Sphere", "SpherePatch", "Surface", "frame_of",
+    "BoxTank", "Bullet", "CappedTank", "Cylinder", "Disc", "Frustum", "Generated", "Given", "HoleIn", "MeshFile", "Net", "Plate", "Roof",
+    "Shaped", "Sphere", "SpherePatch", "Surface", "frame_of",
 ]  # fmt: skip
 
-Generated = Plate | Disc | Cylinder | CappedTank | Frustum | BoxTank | SpherePatch | Sphere | Roof
+Generated = Plate | Disc | Cylinder | CappedTank | Frustum | Bullet | BoxTank | SpherePatch | Sphere | Roof
 Given = MeshFile | Net  # their cells are what they are: spacing, cells and irregularity of the numerics do not count
 Surface = Annotated[Generated | Given, *Choice]

@@ -1,4 +1,4 @@
-"""Round walls: cylinders, frustums, barrel vaults."""
+"""Round walls: cylinders, frustums, bullets, barrel vaults."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from ..base import Point
-from ..units import Angle
+from ..units import Angle, Dimensionless
 from .base import FULL, Arc, Axis, Shaped, Size, tapers
 
 
@@ -101,6 +101,61 @@ class Frustum(Walled):
     @property
     def smallest(self) -> float:
         return min(self.slant, min(self.radius, self.end_radius) * min(self.angle, 1.0))
+
+
+class Bullet(Shaped):
+    """Closed skin of a bullet along `axis`: a flat end about `origin`, a shank of `radius` and `length`, and a tangent ogive that ends in a
+    point. `crh`: radius of its arc over the calibre (calibre-radius-head); 0.5 is half a ball. The nose points along +axis, or along -axis
+    where `turned`."""
+
+    kind: Literal["bullet"] = "bullet"
+    radius: Size
+    length: Size
+    crh: Annotated[Dimensionless, Field(ge=0.5, le=5)] = 2.5
+    axis: Axis = "z"
+    origin: Point = (0.0, 0.0, 0.0)
+    turned: bool = False
+
+    @property
+    def arc(self) -> float:
+        """Radius of the arc [m]."""
+        return 2.0 * self.crh * self.radius
+
+    @property
+    def sharp(self) -> float:
+        """Half the angle of the point [rad], which is how far the arc reaches round its centre."""
+        return math.acos(1.0 - 0.5 / self.crh)
+
+    @property
+    def nose(self) -> float:
+        """Length of the nose [m]."""
+        return self.arc * math.sin(self.sharp)
+
+    @property
+    def gross(self) -> float:
+        s, c, turn = self.arc, self.arc - self.radius, self.sharp
+        return math.pi * (self.radius**2 + 2.0 * self.radius * self.length + 2.0 * s * (s * math.sin(turn) - c * turn))
+
+    @property
+    def volume(self) -> float:
+        s, c, up = self.arc, self.arc - self.radius, self.nose
+        root = 0.5 * (up * c + s * s * self.sharp)  # integral of sqrt(s^2 - z^2)
+        return math.pi * (self.radius**2 * self.length + (s * s + c * c) * up - up**3 / 3.0 - 2.0 * c * root)
+
+    def bent(self, at: Point) -> float:
+        along = "xyz".index(self.axis)
+        up = (at[along] - self.origin[along]) * (-1.0 if self.turned else 1.0)
+        if not 0.0 < up < self.length + self.nose:
+            return 0.0
+        above = max(up - self.length, 0.0)
+        if above == 0.0:
+            return 1 / self.radius**2
+        wide = math.sqrt(self.arc**2 - above**2)
+        return 1 / self.arc**2 + (wide / self.arc / (wide - self.arc + self.radius)) ** 2
+
+    @property
+    def smallest(self) -> float:
+        return min(self.radius, self.length)
 
 
 class Roof(Shaped):
