@@ -12,6 +12,7 @@ can have moved by `skin` relative to each other. Testing candidates costs as muc
 """
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -45,7 +46,8 @@ class Neighbours(Pool):
         the points, where they differ; reach is that of two whole ones."""
         super().__init__(name)
         self.x, self.n = x, n
-        self.reach, self.sizes = reach, sizes
+        self.near: Any = None
+        self.reach, self.sizes, self.sized = reach, sizes, sizes is not None
         if sizes is None:
             self.inverse, sides = 2.0 / reach, self._sides(box, 2.0 / reach, WIDE)
             self.cells = int(sides.prod())
@@ -71,6 +73,7 @@ class Neighbours(Pool):
     def _level(self, sizes: Sizes, box: np.ndarray) -> None:
         """Cells of each size, the sizes one after the other."""
         self.size, self.levels, support = sizes.size, len(sizes.all), self.reach - sizes.skin
+        self.counts = [128] * self.levels  # places in the list of each point, by its size
         inverse = np.array([2.0 / (sizes.skin + support * size) for size in sizes.all])
         farthest = [math.ceil((sizes.skin + 0.5 * support * (1.0 + size)) * one) for size, one in zip(sizes.all, inverse)]
         sides = np.array([self._sides(box, float(one), 2 * far + 1) for one, far in zip(inverse, farthest)])
@@ -80,6 +83,9 @@ class Neighbours(Pool):
         self.per = self.field("per", self.levels, dtype="f64", unit="1/m", doc="cells of each size per length")
         self.side = self.field("side", self.levels, 3, "i32", doc="cells of each size along each axis")
         self.first = self.field("first", self.levels, dtype="i32", doc="cell of each size")
+        self.at = self.field("at", self.n + 1, dtype="i32", doc="where the list of each point begins")
+        self.low = self.field("low", self.levels, 3, "f64", unit="m", doc="of the box around the points of each size")
+        self.high = self.field("high", self.levels, 3, "f64", unit="m", doc="of the box around the points of each size")
         for field, values in ((self.all, np.array(sizes.all)), (self.per, inverse), (self.side, sides), (self.first, first[:-1])):
             runtime.put(field, values.astype(np.int32) if field in (self.side, self.first) else values)
 
@@ -96,6 +102,9 @@ class Neighbours(Pool):
 
     def list(self) -> None:
         """The lists of points that stand in the order of `order`."""
+        if self.sizes is not None:
+            self._list_sized(self.sizes.skin)
+            return
         self._build()
         most = int(runtime.get(self.number, self.n).max())
         if most > self.width:
@@ -103,10 +112,26 @@ class Neighbours(Pool):
             self._build()
 
     def _build(self) -> None:
-        if self.sizes is None:
-            _build(self, self.near, self.n, self.inverse, self.reach, self.width)
-        else:
-            _build_sized(self, self.near, self.n, self.reach - self.sizes.skin, self.sizes.skin, self.width)
+        _build(self, self.near, self.n, self.inverse, self.reach, self.width)
+
+    def _list_sized(self, skin: float) -> None:
+        """The same of points of several sizes. Those at a jump have several times as many neighbours as others of their size."""
+        begin = runtime.get(self.start, self.cells + 1)[runtime.get(self.first, self.levels)]
+        self._bound(begin)
+        while True:
+            self._lay_out(self.counts, begin)
+            _build_sized(self, self.near, self.n, self.reach - skin, skin)
+            most = [int(part.max(initial=0)) for part in np.split(runtime.get(self.number, self.n), begin[1:])]
+            if all(found <= room for found, room in zip(most, self.counts)):
+                return
+            self.counts = [max(room, math.ceil(1.25 * found / 8) * 8) for found, room in zip(most, self.counts)]
+
+    def _bound(self, begin: np.ndarray) -> None:
+        """The box around the points of each size, which stand together, from `begin` (levels,) on."""
+        x = runtime.get(self.x, self.n)
+        boxes = [(part.min(axis=0), part.max(axis=0)) for part in np.split(x, begin[1:])]
+        for field, values in zip((self.low, self.high), zip(*boxes)):
+            runtime.put(field, np.array(values))
 
     def renew(self) -> None:
         """The lists again, from the places that they were built from; the points stand in that order already."""
@@ -122,6 +147,21 @@ class Neighbours(Pool):
         e = runtime.get(self.extreme, self.blocks)
         low, high = e[:, :3].min(axis=0), e[:, 3:6].max(axis=0)
         return float(np.linalg.norm(high - low))
+
+    def _lay_out(self, counts: Sequence[int], begin: np.ndarray) -> None:
+        """Lists with room for so many neighbours of each point of a size."""
+        at = np.concatenate([[0], np.cumsum(np.repeat(counts, np.diff(np.append(begin, self.n))))])
+        if at[-1] > self.near.shape[0]:
+            self.near = self.field("near", math.ceil(1.25 * at[-1]), dtype="i32", grows=True, doc="neighbours of point i from at[i] on")
+        runtime.put(self.at, at.astype(np.int32))
+
+    @ti.func
+    def begin(self, i, width):
+        """Where the list of point i begins."""
+        result = i * width
+        if ti.static(self.sized):
+            result = self.at[i]
+        return result
 
     def _widen(self, most: float) -> None:
         """Room for `most` neighbours and a quarter more."""
@@ -223,17 +263,19 @@ def _cells_sized(nb: ti.template(), n: ti.i32):
 
 
 @ti.kernel
-def _build_sized(nb: ti.template(), near: ti.template(), n: ti.i32, support: ti.f64, skin: ti.f64, width: ti.i32):
+def _build_sized(nb: ti.template(), near: ti.template(), n: ti.i32, support: ti.f64, skin: ti.f64):
     """As `_build`, for each size in its own cells."""
     for i in range(n):
         x, size = nb.x[i], ti.cast(nb.size[i], ti.f64)
         nb.built[i] = x
-        k = 0
+        at, last, k = nb.at[i], nb.at[i + 1] - nb.at[i] - 1, 0
         for level in range(nb.levels):
             side, base = nb.side[level], nb.first[level]
             home = ti.cast(ti.floor(x * nb.per[level]), ti.i32)
             reach = skin + 0.5 * support * (size + nb.all[level])
             far, square = ti.cast(ti.ceil(reach * nb.per[level]), ti.i32), reach * reach
+            if any(x + reach < nb.low[level]) or any(x - reach > nb.high[level]):
+                continue
             a, b, c = _wrapped(home[0], side[0]), _wrapped(home[1], side[1]), _wrapped(home[2], side[2])
             begin, end = _turned(a - far, side[0]), _turned(a + far, side[0])
             for dc in range(-far, far + 1):
@@ -243,11 +285,11 @@ def _build_sized(nb: ti.template(), near: ti.template(), n: ti.i32, support: ti.
                     start, stop = nb.start[row + begin], nb.start[row + end + 1]
                     if begin > end:  # the row wraps round: its other piece
                         for j in range(nb.start[row], stop):
-                            near[i * width + ti.min(k, width - 1)] = j
+                            near[at + ti.min(k, last)] = j
                             k += ti.select((nb.x[j] - x).norm_sqr() < square, 1, 0)
                         stop = nb.start[row + side[0]]
                     for j in range(start, stop):
-                        near[i * width + ti.min(k, width - 1)] = j
+                        near[at + ti.min(k, last)] = j
                         k += ti.select((nb.x[j] - x).norm_sqr() < square, 1, 0)
         nb.number[i] = k
 

@@ -78,10 +78,11 @@ def test_lists_of_points_that_differ_in_size(far):
     runtime.put(points, x)
     runtime.put(sizes, size)
     near.list()
-    number, lists = runtime.get(near.number, n), runtime.get(near.near, n * near.width).reshape(n, near.width)
+    number, at = runtime.get(near.number, n), runtime.get(near.at, n + 1)
+    lists = runtime.get(near.near, int(at[-1]))
     for i in range(n):
         reach = skin + 0.5 * support * (size[i] + size)
-        assert sorted(lists[i, : number[i]]) == np.flatnonzero(np.linalg.norm(x - x[i], axis=1) < reach).tolist()
+        assert sorted(lists[at[i] : at[i] + number[i]]) == np.flatnonzero(np.linalg.norm(x - x[i], axis=1) < reach).tolist()
 
 
 def test_a_pulse_crosses_a_jump_of_two_to_one():

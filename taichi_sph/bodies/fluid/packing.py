@@ -61,7 +61,7 @@ def _move(
         D = t.p.spacing
         if ti.static(t.p.sized):
             D *= t.p.size[i]
-        for m in range(i * width, i * width + t.near.number[i]):
+        for m in range(t.near.begin(i, width), t.near.begin(i, width) + t.near.number[i]):
             j = near[m]
             y = x - ti.Vector([t.p.pair[j][0], t.p.pair[j][1], t.p.pair[j][2]])
             felt = y
@@ -128,7 +128,7 @@ def _uneven(t: ti.template(), near: ti.template(), whole: ti.template(), n: ti.i
                     continue
                 seen = t.walls.mirrored(found, image, x, vector(t.p.constants[0], columns.ORIGIN))
             one = x * 0.0
-            for m in range(i * width, i * width + t.near.number[i]):
+            for m in range(t.near.begin(i, width), t.near.begin(i, width) + t.near.number[i]):
                 j = near[m]
                 y = seen - ti.Vector([t.p.pair[j][0], t.p.pair[j][1], t.p.pair[j][2]])
                 D_j = t.p.spacing * t.p.size[j]
@@ -147,7 +147,7 @@ def _settle(t: ti.template(), near: ti.template(), whole: ti.template(), n: ti.i
     farthest = ti.cast(0.0, float)
     for i in range(n):
         amid, least = 0, whole[i]  # 1: amid particles that differ in size
-        for m in range(i * width, i * width + t.near.number[i]):
+        for m in range(t.near.begin(i, width), t.near.begin(i, width) + t.near.number[i]):
             j = near[m]
             amid = ti.max(amid, ti.select(ti.abs(t.p.size[j] - t.p.size[i]) > 0.01, 1, 0))
             least = ti.min(least, whole[j])

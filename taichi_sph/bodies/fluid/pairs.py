@@ -138,7 +138,7 @@ def _mark(t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32):
     """amid (wetted.py): more than have a side now, so that it holds until the next list."""
     for i in range(n):
         amid = 0
-        for m in range(i * width, i * width + t.near.number[i]):  # i itself is in its list
+        for m in range(t.near.begin(i, width), t.near.begin(i, width) + t.near.number[i]):  # i itself is in its list
             amid = ti.max(amid, ti.select(t.wet.start[near[m] + 1] > t.wet.start[near[m]], 1, 0))
         t.wet.amid[i] = amid
 
@@ -235,7 +235,7 @@ def _act(t: ti.template(), near: ti.template(), n: ti.i32, width: ti.i32, dt_bef
         g = density * gravity
         # what a pair has to know of the fluid of i: rho_0 g, then HALF to OF_BETA
         c = ti.Vector([g[0], g[1], g[2], 0.5 / spacing, inverse_0, eps2, linear, quadratic])
-        first = i * width
+        first = t.near.begin(i, width)
         own = ti.Vector([D * 0.0, D * 0.0, D * 0.0, D * 0.0])
         amid = False
         if ti.static(t.wets):

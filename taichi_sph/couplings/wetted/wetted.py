@@ -260,6 +260,21 @@ def _keep(t: ti.template(), n: ti.i32, points: ti.i32):
         t.built[k] = t.points.x[k]
 
 
+@ti.func
+def _off(within, c):
+    """How far cube c of the CUBES is from a place in the middle one, whose sides are 1; within: the place there."""
+    step = ti.Vector([c // 9 - 1, c // 3 % 3 - 1, c % 3 - 1])
+    square = ti.cast(0.0, ti.f64)
+    for k in ti.static(range(3)):
+        away = ti.cast(0.0, ti.f64)
+        if step[k] < 0:
+            away = within[k]
+        elif step[k] > 0:
+            away = 1.0 - within[k]
+        square += away * away
+    return ti.sqrt(square)
+
+
 @ti.kernel
 def _pair(t: ti.template(), point: ti.template(), n: ti.i32, inverse: ti.f64, table: ti.i32, write: ti.i32):
     for i in range(n):
@@ -275,6 +290,9 @@ def _pair(t: ti.template(), point: ti.template(), n: ti.i32, inverse: ti.f64, ta
         if looks > 0:
             for c in range(CUBES):
                 there, first, last = beside(t.grid, x, c, inverse, table)
+                if ti.static(t.p.sized):  # of the cubes around a finer particle it reaches into a few
+                    if _off(x * inverse - ti.floor(x * inverse), c) > inverse / nearer:
+                        last = first
                 for m in range(first, last):
                     k = t.grid.sorted[m]
                     away = t.built[k] - x
