@@ -24,7 +24,7 @@ from taichi_sph.scene import Box, Dimensionless, Finer, Fluid, Numerics, Output,
 SPACING = {"draft": 12e-3, "standard": 8.5e-3, "paper": 6.25e-3}  # m, of the shell; T: 6.25 mm
 PARTICLES = 1.19  # spacing of the water over that of the shell, as in T
 ACROSS = {"draft": 3, "standard": 4, "paper": 5}  # cells over the radius of a bullet of metal
-EVERY = 4  # steps of it between two of the water
+EVERY = 16  # steps of it between two of the water
 PATH = 20e-3  # m, half the width of the finest water along the bullet's path, and of what is around it
 
 
