@@ -46,6 +46,8 @@ def scene(
     solid, thrown = metal_bullet(metal, velocity, ACROSS[quality]) if metal != "none" else (None, None)
     speed, by = ("striker_speed", {}) if solid is None else ("body_speed", {"body": "bullet"})
     shape = [Quantity(name=name, unit="m", options={"axis": "x", **by}) for name in ("body_length", "body_diameter") if solid]
+    if halved and level <= 0.5:
+        raise ValueError(f"halved = {halved}: the bullet flies at half the height, above a level of {level:g}; leave one out")
     d = SPACING[quality]
     sides = [PATH * (halved - k) for k in range(halved)]
     finer = [Finer(within=Box(lo=(None, -side, 0.5 * HEIGHT - side), hi=(None, side, 0.5 * HEIGHT + side))) for side in sides]
@@ -58,11 +60,8 @@ def scene(
         delta=0.0,  # as T: shocks need no diffusion of density, and it would be the largest loss of all
     )
     wet = level > 0
-    deep = [
-        Quantity(name="striker_speed", unit="m/s", options={"axis": "x", "beyond": RADIUS - depth})
-        for depth in (0.1, 0.2)
-        if drag or halved
-    ]
+    depths = (0.1, 0.2) if drag or halved or solid else ()
+    deep = [Quantity(name=speed, unit="m/s", options={"axis": "x", "beyond": RADIUS - depth, **by}) for depth in depths]
     wave = Quantity(
         name="peak_pressure",
         unit="Pa",

@@ -55,11 +55,13 @@ def check_counts(scene: Scene, available: int | None, meshes: dict[str, SurfaceM
             _near(f"fluids[{index}].fill.lo", fluid.fill.lo, spacing)
         sizes.append((found * LEAST_BYTES["fluid"], found, key, spacing))
         counts[fluid.name] = found
-        steps = scene.duration * fluid.water.sound / (0.6 * spacing / 2 ** len(fluid.finer or ()))
+        finest = spacing / 2**fluid.halvings
+        steps = scene.duration * fluid.water.sound / (0.6 * finest)
         if steps > MAX_STEPS * (fluid.every or 1):
+            of = show(spacing, "m") if finest == spacing else f"{show(spacing, 'm')}, halved to {show(finest, 'm')}"
             raise SceneError(
                 f"duration {show(scene.duration, 's')} takes about {steps:.2g} time steps of fluid '{fluid.name}' ({key} "
-                f"{show(spacing, 'm')}, sound {fluid.water.sound:.4g} m/s); at most {MAX_STEPS // 1_000_000} million are allowed"
+                f"{of}, sound {fluid.water.sound:.4g} m/s); at most {MAX_STEPS // 1_000_000} million are allowed"
             )
     for body in scene.rigids:
         if body.surface is not None and not isinstance(body.surface, Given):

@@ -24,10 +24,11 @@ def too_narrow(scene: Scene, fluid: str, meshes: Mapping[str, SurfaceMesh]) -> l
     spacing = scene.numerics_of(said).spacing
     walls = [(f"walls[{number}]", wall) for number, wall in enumerate(scene.walls) if wall.holds(fluid)]
     found = [
-        narrow(f"the hole of {name}", 2 * wall.hole.radius, fluid, spacing, show)
+        narrow(f"the hole of {name}", 2 * wall.hole.radius, fluid, d, show)
         for name, wall in walls
-        if wall.hole is not None and 2 * wall.hole.radius < FLOWS * spacing
+        if wall.hole is not None and 2 * wall.hole.radius < FLOWS * (d := said.spacing_at(spacing, wall.hole.centre))
     ]
+    spacing /= 2**said.halvings  # of shells: whoever makes water finer does so where it opens
     for shell in scene.shells:
         if not scene.met(shell.name, fluid).meet:
             continue

@@ -20,6 +20,8 @@ from ..couplings.contact.said import meeting
 from ..errors import SceneError
 from ..geometry.cuts import cells_cut
 from ..geometry.mesh import SurfaceMesh
+from ..geometry.near import away_from
+from ..geometry.solids.mesh import SolidMesh
 from ..scene import Scene, Shell
 from ..scene.units import show
 
@@ -72,8 +74,15 @@ def discs(shell: Shell, mesh: SurfaceMesh) -> Discs:
     return Discs(mesh.points, mesh.node_normals, radii, 0.5 * thickness, sound, mesh.edges.nodes, mesh.cells[live])
 
 
-def check_overlaps(scene: Scene, meshes: Mapping[str, SurfaceMesh], fillings: Mapping[str, Filling], solids: Mapping[str, Solid]) -> None:
-    """SceneError with one sentence where two bodies that may meet lie in each other."""
+def check_overlaps(
+    scene: Scene,
+    meshes: Mapping[str, SurfaceMesh],
+    fillings: Mapping[str, Filling],
+    solids: Mapping[str, Solid],
+    made: Mapping[str, SolidMesh] | None = None,
+) -> None:
+    """SceneError with one sentence where two bodies that may meet lie in each other. solids: rigid ones; made: meshes of those that deform,
+    which are looked at beside fluids."""
     if len(scene.bodies) < 2:
         return
     balls = {name: Balls(solid.places, solid.radii) for name, solid in solids.items()}
@@ -88,6 +97,12 @@ def check_overlaps(scene: Scene, meshes: Mapping[str, SurfaceMesh], fillings: Ma
         filling = fillings[name]
         share = PINBALL if thin[name] else CONTACT["pinballs"] if sound else CONTACT[None]
         return Balls(filling.points, share * filling.spacing / filling.parts)
+
+    for name, mesh in (made or {}).items():
+        skin_of = _skin(mesh)
+        for fluid in scene.fluids:
+            if scene.met(name, fluid.name).meet:
+                _tell(scene, fluid.name, name, _in_solid(wet(fluid.name, True), skin_of), (0.5 + ROUNDING) * skin)
 
     boxes = {name: _box(ball.centres, ball.radii.max()) for name, ball in balls.items()}
     boxes |= {name: _box(at.centres, at.radii.max() + at.half.max()) for name, at in shells.items()}
@@ -107,6 +122,28 @@ def check_overlaps(scene: Scene, meshes: Mapping[str, SurfaceMesh], fillings: Ma
             _tell(scene, a, b, _in_balls(wet(a, False), balls[b]), (0.5 + ROUNDING) * skin)
         elif a in balls and b in balls:
             _tell(scene, a, b, _in_balls(balls[a], balls[b]), ROUNDING * skin)
+
+
+def _skin(mesh: SolidMesh) -> np.ndarray:
+    """(T, 3, 3) triangles of the surface of a solid, outward."""
+    faces = mesh.faces.nodes[mesh.skin]
+    four = faces[faces[:, 3] >= 0]
+    return mesh.points[np.concatenate([faces[:, :3], four[:, [0, 2, 3]]])]
+
+
+def _in_solid(balls: Balls, triangles: np.ndarray) -> float:
+    """How deep the deepest ball lies in a closed surface [m]."""
+    reach = float(balls.radii.max())
+    low, high = triangles.min(axis=(0, 1)) - reach, triangles.max(axis=(0, 1)) + reach
+    near = ((balls.centres >= low) & (balls.centres <= high)).all(axis=1)
+    if not near.any():
+        return 0.0
+    centres, radii = balls.centres[near], balls.radii[near]
+    away, number = away_from(centres, triangles, float(np.ptp(triangles, axis=(0, 1)).max()) + reach)
+    corner = triangles[number]
+    outward = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    height = np.linalg.norm(away, axis=1) * np.where((away * outward).sum(axis=1) < 0, -1.0, 1.0)
+    return float((radii - height).max())
 
 
 def _box(points: np.ndarray, reach: float) -> np.ndarray:

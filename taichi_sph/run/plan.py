@@ -158,7 +158,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     _check_gases(scene, made)
     _check_detonations(scene, made.solids)
     rigids = {body.name: rigid_bodies.solid_of(body, scene) for body in scene.rigids}
-    check_overlaps(scene, made.meshes, made.fillings, rigids)
+    check_overlaps(scene, made.meshes, made.fillings, rigids, made.solids)
     bodies = tuple(_part(one, made, scene) for one in parts(scene))
     bodies += tuple(map(_rigid, rigids.values()))
     bodies += tuple(_fluid(fluid, made.fillings[fluid.name], scene, made.meshes) for fluid in scene.fluids)
@@ -336,7 +336,7 @@ def _fluid(fluid: Fluid, filling: Filling, scene: Scene, meshes: Mapping[str, Su
 def _counted_fluid(fluid: Fluid, n: int, scene: Scene) -> BodyPlan:
     """By the count of its particles, none of them split."""
     d = scene.numerics_of(fluid).spacing
-    finest = d / 2 ** len(fluid.finer or ())
+    finest = d / 2**fluid.halvings
     return _of_particles(
         fluid, scene, n, fluid.water.density * n * d**3, None, d, finest, "counted" if finest == d else "counted, none of them split"
     )

@@ -7,9 +7,10 @@ from pydantic import ValidationError
 from taichi_sph import runtime
 from taichi_sph.bodies.fluid.fill import fill
 from taichi_sph.errors import SceneError
+from taichi_sph.geometry.surfaces import generate
 from taichi_sph.numerics.neighbours import Neighbours, Sizes
 from taichi_sph.pool import restore_all, state_of
-from taichi_sph.scene import Ball, Box, Finer, Fluid, FluidBox, Numerics, Plate, Scene, Shell, ShellFill, Wall, Water
+from taichi_sph.scene import Ball, Box, Finer, Fluid, FluidBox, Numerics, Plate, Scene, Shell, ShellFill, Sphere, Wall, Water
 
 from ..exact import restarts_exactly
 from .bodies import box, by_id, put, run, unbalanced
@@ -56,6 +57,27 @@ def test_a_region_without_water_is_refused():
         fill(fluid, D)
     with pytest.raises(ValidationError, match="finer"):
         Fluid(name="w", fill=FluidBox(lo=(0, 0, 0), hi=(1, 1, 1)), finer=())
+
+
+@pytest.mark.parametrize("times", [1, 2])
+def test_none_is_split_through_a_wall(times):
+    """In a ball, coarse beside its radius, every part of a particle stands inside, half its own spacing off the wall."""
+    surface, thick = Sphere(radius=0.06), 1e-3
+    fluid = Fluid(name="w", fill=ShellFill(shell="ball"), spacing=0.012, finer=times * (Finer(within=Box()),))
+    f = fill(fluid, 0.012, generate(surface, Numerics(spacing=0.01)), thick, surface)
+    away = 0.06 - np.linalg.norm(f.points, axis=1)
+    print(f"{1e3 * away.min():.3f} mm, D {1e3 * f.finest:.3f} mm")
+    assert away.min() > 0.4 * f.finest + 0.5 * thick and len(f.points) == 480 * 8**times
+
+
+def test_a_jump_of_four_to_one_is_refused():
+    twice = (*beyond(x=0.04), *beyond(x=0.042))
+    fluid = Fluid(name="w", fill=FluidBox(lo=(0, 0, 0), hi=(0.08, 0.04, 0.04)), spacing=D, finer=twice)
+    with pytest.raises(SceneError, match="particles of 0.0025 m or less stand beside some of 0.01 m.* at least 0.015 m inside"):
+        fill(fluid, D)
+    assert fluid.halvings == 2 and fluid.spacing_at(D, (0.06, 0.0, 0.0)) == D / 4 and fluid.spacing_at(D, (0.0, 0.0, 0.0)) == D
+    beside = (Finer(within=Ball(centre=(k, 0, 0), radius=0.3)) for k in range(3))
+    assert fluid.model_copy(update={"finer": tuple(beside)}).halvings == 1
 
 
 @pytest.mark.parametrize("far", [0.0, 1e5])

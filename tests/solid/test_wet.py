@@ -4,12 +4,16 @@ import numpy as np
 import pytest
 
 from taichi_sph import runtime
+from taichi_sph.errors import SceneError
+from taichi_sph.run.plan import plan
 from taichi_sph.scene import (
     Box,
     Brick,
     Fluid,
     FluidBox,
     InitialVelocity,
+    JohnsonCook,
+    LemaitreChaboche,
     Material,
     Numerics,
     PrescribedVelocity,
@@ -103,10 +107,39 @@ def test_a_floor_bears_its_water():
     assert abs(mean) == pytest.approx(weight, rel=0.03)
 
 
-def test_restart_and_threads():
+@pytest.mark.parametrize("more", [{}, {"every": 3}])
+def test_restart_and_threads(more):
     def make(threads=1):
         moving = InitialVelocity(body="brick", velocity=(20.0, 0, 0))
-        return start(block(initial=[moving]), threads)
+        scene = block(initial=[moving])
+        return start(scene.model_copy(update={"fluids": (scene.fluids[0].model_copy(update=more),)}), threads)
 
-    restarts_exactly(make, 10, 10)
-    threads_change_nothing(make, 20)
+    restarts_exactly(make, 12, 12)
+    threads_change_nothing(make, 24)
+
+
+def test_faces_behind_a_broken_cell_are_wet():
+    """What is left of a brick of which cells are gone is closed, and its points say its volume."""
+    breaks = STEEL.model_copy(update={
+        "strength": JohnsonCook(A=200e6, B=0.0, n=1.0, C=0.0, rate0=1.0),
+        "damage": LemaitreChaboche(threshold=0.0, rupture=1.0, critical=0.5), "critical_damage": 0.5,
+    })  # fmt: skip
+    scene = block(spacing=0.01)
+    solid = scene.solids[0].model_copy(update={"material": breaks})
+    sim = start(scene.model_copy(update={"solids": (solid,)}))
+    group = next(group for group in sim.groups if group.kind == "solid")
+    broken = np.zeros(group.cells.n, np.int32)
+    broken[[0, 5, 6, 17]] = 1
+    runtime.put(group.cells.broken, broken)
+    w = wetted(sim)
+    w.see(True)
+    area, x = runtime.get(w.points.record, w.points.n)[:, 3:6], runtime.get(w.points.x, w.points.n)
+    np.testing.assert_allclose(area.sum(axis=0), 0.0, atol=1e-12)
+    assert np.einsum("ni,ni->", x, area) / 3 == pytest.approx(group.mesh.volumes[broken == 0].sum(), rel=1e-9)
+
+
+def test_water_does_not_start_in_a_solid():
+    box = FluidBox(lo=(-0.06, -0.06, -0.06), hi=(0.06, 0.06, 0.06))
+    with pytest.raises(SceneError, match=r"fluid 'water' starts .* mm inside solid 'brick': move one of them away"):
+        plan(block(fluids=[Fluid(name="water", fill=box)]))
+    plan(block())

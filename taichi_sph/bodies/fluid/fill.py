@@ -18,6 +18,7 @@ from dataclasses import dataclass, field, replace
 from weakref import WeakValueDictionary
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ...errors import SceneError
 from ...geometry.holes import lids, rims
@@ -144,18 +145,26 @@ def fill(
     """As `_whole`, with the particles split that are to be finer."""
     filling = _whole(fluid, spacing, mesh, thickness, surface, baffles)
     for number, finer in enumerate(fluid.finer or ()):
-        filling = _split(filling, finer, f"fluid '{fluid.name}': finer[{number}]")
-    if filling.split is not None and len(filling.walls):  # a part of a particle may lie nearer to a wall than that did
-        points, parts = filling.points.copy(), filling.split
-        for part in np.unique(parts[parts > 1]):
-            own = parts == part
-            points[own] = moved_off(points[own], filling.walls, filling.half, CONTACT[fluid.contact] * filling.spacing / part)
-        filling = replace(filling, points=points)
+        filling = _split(filling, finer, CONTACT[fluid.contact], f"fluid '{fluid.name}': finer[{number}]")
+    _check_jumps(filling, f"fluid '{fluid.name}': finer")
     return filling
 
 
-def _split(filling: Filling, finer: Finer, what: str) -> Filling:
-    """Each particle that lies there becomes eight: a cube of its own volume."""
+def _check_jumps(filling: Filling, what: str) -> None:
+    """SceneError where neighbours differ by more than two to one."""
+    parts = filling.parts
+    for part in np.unique(parts):
+        small, large = filling.points[parts >= 4 * part], filling.points[parts == part]
+        d = filling.spacing / part
+        if len(small) and len(large) and cKDTree(small).query(large, distance_upper_bound=d)[0].min() < d:
+            raise SceneError(
+                f"{what}: particles of {0.25 * d:.4g} m or less stand beside some of {d:.4g} m, and waves come back from a jump of 4 to 1;"
+                f" keep each region at least {1.5 * d:.4g} m inside the one that it refines"
+            )
+
+
+def _split(filling: Filling, finer: Finer, clear: float, what: str) -> Filling:
+    """Each particle that lies there becomes eight: a cube of its own volume, `clear` of their spacing off all walls."""
     caught = inside(finer.within, filling.points)
     if not caught.any():
         low, high = filling.points.min(axis=0), filling.points.max(axis=0)
@@ -171,9 +180,40 @@ def _split(filling: Filling, finer: Finer, what: str) -> Filling:
     cube = np.stack(np.meshgrid(*3 * [(-0.25, 0.25)], indexing="ij"), axis=-1).reshape(-1, 3)
     points, parts = np.repeat(filling.points, count, axis=0), np.repeat(parts, count)
     of_split = np.repeat(caught, count)
-    points[of_split] += np.tile(cube, (int(caught.sum()), 1)) * (filling.spacing / parts[of_split])[:, None]
+    whole = points[of_split]
+    aside = np.tile(cube, (int(caught.sum()), 1)) * (filling.spacing / parts[of_split])[:, None]
     parts[of_split] *= 2
+    points[of_split] = whole + aside
+    if len(filling.walls):
+        for part in np.unique(parts[of_split]):
+            own = parts[of_split] == part
+            now = _beside_walls(filling, whole[own], aside[own], clear * filling.spacing / part)
+            if now is None:
+                raise SceneError(f"{what}: particles of {filling.spacing / part:.4g} m come to lie behind a wall; make its region smaller")
+            points[np.flatnonzero(of_split)[own]] = now
     return replace(filling, points=points, split=parts)
+
+
+def _beside_walls(filling: Filling, whole: np.ndarray, aside: np.ndarray, clear: float) -> np.ndarray | None:
+    """(N, 3) places `aside` from those of whole particles [m], `clear` off the walls where there is room, and in any case on the side where
+    the whole one is; None where that cannot be."""
+    reach = 2.0 * filling.spacing + filling.half.max()
+
+    def behind(points: np.ndarray) -> np.ndarray:
+        """(N,) bool: the wall nearest to a place lies between it and the whole particle."""
+        away = away_from(points, filling.walls, reach)[0]
+        near = np.isfinite(away).all(axis=1)
+        found = np.zeros(len(points), bool)
+        found[near] = ((whole - points + away)[near] * away[near]).sum(axis=1) < 0.0
+        return found
+
+    found = moved_off(whole + aside, filling.walls, filling.half, clear)
+    for share in (1.0, 0.5, 0.25):
+        lost = behind(found)
+        if not lost.any():
+            return found
+        found[lost] = whole[lost] + share * aside[lost]
+    return None if behind(found).any() else found
 
 
 def _whole(

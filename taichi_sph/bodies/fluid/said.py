@@ -108,6 +108,20 @@ class Finer(Frozen):
     within: Annotated[Box | Ball, *Choice]
 
 
+def _touch(one: Box | Ball, other: Box | Ball) -> bool:
+    """Whether two regions have a place in common."""
+    if isinstance(one, Ball) and isinstance(other, Ball):
+        return math.dist(one.centre, other.centre) <= one.radius + other.radius
+    if isinstance(one, Ball):
+        one, other = other, one
+    assert isinstance(one, Box)
+    low = [-math.inf if x is None else x for x in one.lo]
+    high = [math.inf if x is None else x for x in one.hi]
+    if isinstance(other, Ball):
+        return math.hypot(*(max(a - x, x - b, 0.0) for a, x, b in zip(low, other.centre, high))) <= other.radius
+    return all((b is None or a <= b) and (c is None or c <= d) for a, b, c, d in zip(low, other.hi, other.lo, high))
+
+
 class Fluid(Body):
     """A body of fluid particles. `spacing` None: that of the numerics. `finer`: where it is finer than that; None: nowhere. `support` h / D
     (T 1.27). `dissipation`: None, the artificial viscosity with `alpha` and `beta` (T 1.24), or "riemann", for flows far slower than
@@ -135,6 +149,17 @@ class Fluid(Body):
     alpha: Annotated[Dimensionless, Field(ge=0, le=3)] = 0.1
     beta: Annotated[Dimensionless, Field(ge=0, le=10)] = 0.0
     delta: Annotated[Dimensionless, Field(ge=0, le=0.5)] = 0.1
+
+    @property
+    def halvings(self) -> int:
+        """How often the finest of it is halved, at most: as many regions as may hold one particle."""
+        regions = [one.within for one in self.finer or ()]
+        pairs = [(a, b) for k, a in enumerate(regions) for b in regions[:k] if _touch(a, b)]
+        return min(len(regions), 1) if not pairs else 3 if len(pairs) == 3 else 2
+
+    def spacing_at(self, spacing: float, point: tuple[float, float, float]) -> float:
+        """D [m] at a place, of a fluid whose whole particles have that spacing [m]."""
+        return spacing / 2 ** sum(_touch(one.within, Ball(centre=point, radius=1e-9 * spacing)) for one in self.finer or ())
 
     @model_validator(mode="after")
     def _splits(self) -> Fluid:

@@ -100,6 +100,12 @@ class Solid(Body):
                 f"{key} {show(spacing, 'm')} is larger than the body: {self.shape.kind} '{self.name}' takes at most "
                 f"{show(self.shape.smallest, 'm')}"
             )
+        for other in scene.bodies if self.material.burns is not None else ():
+            if other.soft and scene.met(self.name, other.name).meet:
+                raise ValueError(
+                    f"{scene.key_of(other)}: {other.what} '{other.name}' does not press on explosives yet, and '{self.name}' is one;"
+                    f" part them by Meeting(between=('{self.name}', '{other.name}'), meet=False)"
+                )
         for number, motion in enumerate(scene.motions):
             if motion.body == self.name and any(w is not None for w in motion.spin):
                 raise ValueError(f"motions[{number}].spin: the nodes of solid '{self.name}' do not turn; give velocities alone")

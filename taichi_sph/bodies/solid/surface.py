@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ... import runtime
 from ...pool import Pool
 from ...runtime import ti
 from ..wettable import SurfacePoints
@@ -28,12 +29,18 @@ class SolidPoints(Pool):
         super().__init__(name)
         self.nodes, self.cells, self.skin = group.nodes, group.cells, group.skin
         self.within = Within(f"{name}.within", each)
-        self.faces = len(self.skin.movers)
+        met = np.concatenate([np.full(s.nodes.n, meets(s.name)) for s in group.solids])
+        corner = runtime.get(self.skin.corner, len(self.skin.movers))
+        number = np.flatnonzero(met[corner[:, 0]])
+        self.faces = len(number)
         self.n = self.faces * self.within.n
-        self.wet = self.field("wet", len(group.solids), dtype="i32", doc="1: water meets this solid")
-        for number, solid in enumerate(group.solids):
-            self.wet[number] = int(meets(solid.name))
-        own = np.concatenate([np.full(s.nodes.n, meets(s.name)) for s in group.solids]) & (group.mesh.node_areas > 0)
+        slot = np.full(len(corner), -1, np.int32)
+        slot[number] = np.arange(self.faces)
+        self.number = self.field("number", self.faces, dtype="i32", doc="of a face that water meets, in the skin")
+        self.slot = self.field("slot", len(corner), dtype="i32", doc="of a face of the skin among them, -1: no water meets it")
+        runtime.put(self.number, number.astype(np.int32))
+        runtime.put(self.slot, slot)
+        own = met & (group.mesh.node_areas > 0)
         density = np.concatenate([np.full(s.nodes.n, s.said.material.density) for s in group.solids])
         self.lightest = float((density[own] * group.mesh.node_volumes[own] / group.mesh.node_areas[own]).min(initial=np.inf))
 
@@ -50,17 +57,18 @@ class SolidPoints(Pool):
 
 @ti.func
 def _outward(of: ti.template(), f):
-    """1 where a face points out of its live cell, -1 where into it, 0 where it is not on the surface or no water meets it."""
+    """1 where a face points out of its live cell, -1 where into it, 0 where it is not on the surface."""
     one, other = of.skin.cells[f][0], of.skin.cells[f][1]
     across = 0
     if other >= 0:
         across = 1 - of.cells.broken[other]
-    return of.wet[of.nodes.body[of.skin.corner[f][0]]] * (1 - of.cells.broken[one] - across)
+    return 1 - of.cells.broken[one] - across
 
 
 @ti.kernel
 def _lay(points: ti.template(), of: ti.template(), first: ti.i32, n: ti.i32, since: ti.f64):
-    for f in range(n):
+    for p in range(n):
+        f = of.number[p]
         corner, side = of.skin.corner[f], _outward(of, f)
         quad = corner[3] >= 0
         x = ti.Matrix.zero(ti.f64, 4, 3)
@@ -77,7 +85,7 @@ def _lay(points: ti.template(), of: ti.template(), first: ti.i32, n: ti.i32, sin
                 if corner[k] >= 0:
                     there += shares[k] * ti.Vector([x[k, 0], x[k, 1], x[k, 2]])
                     v += shares[k] * ti.cast(of.nodes.v[corner[k]], ti.f64)
-            points.note(first + f * ti.static(of.within.n) + q, there, a, v, 0.0, 0, since)
+            points.note(first + p * ti.static(of.within.n) + q, there, a, v, 0.0, 0, since)
 
 
 @ti.kernel
@@ -87,9 +95,10 @@ def _bear(points: ti.template(), of: ti.template(), first: ti.i32, n: ti.i32, ti
         push = ti.Vector([0.0, 0.0, 0.0], float)
         for m in range(of.skin.start[k], of.skin.start[k + 1]):
             f = of.skin.face[m]
+            p = of.slot[f]
             for c in ti.static(range(4)):
-                if of.skin.corner[f][c] == i:
+                if p >= 0 and of.skin.corner[f][c] == i:
                     for q in range(ti.static(of.within.n)):
                         share = of.within.shares(of.skin.corner[f][3] >= 0, q)[c]
-                        push += ti.cast(share, float) * points.push[first + f * ti.static(of.within.n) + q]
+                        push += ti.cast(share, float) * points.push[first + p * ti.static(of.within.n) + q]
         of.nodes.force[i] += times * push

@@ -140,6 +140,9 @@ def check_quantities(scene: Scene) -> None:
             given = quantity.options.get(option)
             if given is not None and given not in names:
                 raise SceneError(f"quantity '{quantity.name}': its {option} '{given}' is not in the scene{nearest(str(given), names)}")
+            if not names and (option == "striker" or function is perforation.body_speed):
+                what = "rigid body" if option == "striker" else "solid"
+                raise SceneError(f"quantity '{quantity.name}' is of a {what}, and the scene has none; leave it out")
             if given is None and len(chosen) > 1:
                 raise SceneError(f"quantity '{quantity.name}' is of one {option}: give the option '{option}', one of {', '.join(chosen)}")
         if unit and quantity.unit != unit:

@@ -49,7 +49,7 @@ def too_narrow(run: RunFolder, show: Callable[[float, str], str]) -> list[str]:
     found = []
     vessels = {fluid.name: getattr(fluid.fill, "shell", None) for fluid in run.scene.fluids}
     for fluid in run.scene.fluids:
-        spacing = run.scene.numerics_of(fluid).spacing
+        spacing = run.scene.numerics_of(fluid).spacing / 2**fluid.halvings
         own = vessels[fluid.name]
         for shell in run.scene.shells:
             if shell.name not in run.bodies() or not run.scene.met(shell.name, fluid.name).meet:
