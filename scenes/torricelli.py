@@ -5,7 +5,8 @@ Square tank of rigid planes, twice as wide as the hole, filled to `head` widths 
 of a sharp edge in a wide tank (Kirchhoff's pi / (pi + 2) of a slot is 0.611; measured 0.60 to 0.62). Viscosity is the question: the
 artificial one that keeps the particles calm is that of a fluid, nu = alpha c h / 10, and Re = v d / nu with the speed v of the jet and
 the diameter d of the hole. At alpha = 0.02 and 14 spacings Re is about 600, at alpha = 0.1 about 120. `sound` is that of the water over
-the speed of the jet: with viscosity Re falls as it rises, with `dissipation` "riemann" it does not. `quarter`: two planes mirror a quarter.
+the speed of the jet: with viscosity Re falls as it rises, with `dissipation` "riemann" it does not. `quarter`: two planes mirror a quarter. `halved`:
+the water about the hole has half the spacing.
 
     python scenes/torricelli.py --quality draft --set head=2 --out DIR
 """
@@ -13,7 +14,7 @@ the speed of the jet: with viscosity Re falls as it rises, with `dissipation` "r
 import math
 from typing import Literal
 
-from taichi_sph.scene import Dimensionless, Fluid, FluidBox, Hole, Numerics, Output, Quality, Quantity, Scene, Wall, Water
+from taichi_sph.scene import Ball, Dimensionless, Finer, Fluid, FluidBox, Hole, Numerics, Output, Quality, Quantity, Scene, Wall, Water
 
 ACROSS = {"draft": 8, "standard": 10, "paper": 14}  # spacings over the hole
 HOLE, G = 0.05, 9.81  # m, diameter; m/s2
@@ -27,6 +28,7 @@ def scene(
     sound: Dimensionless = 10.0,
     dissipation: Literal["viscosity", "riemann"] = "viscosity",
     quarter: bool = False,
+    halved: bool = False,
 ) -> Scene:
     if not 0.2 <= head <= 20:
         raise ValueError(f"head = {head:g} widths of the tank: give a number from 0.2 to 20")
@@ -49,6 +51,7 @@ def scene(
                 name="water",
                 fill=FluidBox(lo=(low, low, 0), hi=(half, half, depth)),
                 water=Water(sound=sound * math.sqrt(2 * G * depth)),
+                finer=(Finer(within=Ball(centre=(0, 0, 0), radius=1.25 * HOLE)),) if halved else None,
                 **({"alpha": alpha} if dissipation == "viscosity" else {"dissipation": dissipation}),
             )
         ],
