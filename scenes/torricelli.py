@@ -5,8 +5,8 @@ Square tank of rigid planes, twice as wide as the hole, filled to `head` widths 
 of a sharp edge in a wide tank (Kirchhoff's pi / (pi + 2) of a slot is 0.611; measured 0.60 to 0.62). Viscosity is the question: the
 artificial one that keeps the particles calm is that of a fluid, nu = alpha c h / 10, and Re = v d / nu with the speed v of the jet and
 the diameter d of the hole. At alpha = 0.02 and 14 spacings Re is about 600, at alpha = 0.1 about 120. `sound` is that of the water over
-the speed of the jet: with viscosity Re falls as it rises, with `dissipation` "riemann" it does not. `quarter`: two planes mirror a quarter. `halved`:
-the water about the hole has half the spacing.
+the speed of the jet: with viscosity Re falls as it rises, with `dissipation` "riemann" it does not. `quarter`: two planes mirror a quarter.
+`halved`: the water about the hole has half the spacing.
 
     python scenes/torricelli.py --quality draft --set head=2 --out DIR
 """
