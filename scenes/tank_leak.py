@@ -15,7 +15,7 @@ itself comes nearer to the measured drag.
     python scenes/tank_leak.py --quality draft --out DIR
 """
 
-from _tank import HEIGHT, RADIUS, bullet, drags, supports, tank
+from _tank import HEIGHT, RADIUS, bullet, drags, supports, tank, tank_of_elements
 
 from taichi_sph.scene import Box, Dimensionless, Finer, Fluid, Numerics, Output, Quality, Quantity, Scene, ShellFill, Speed
 
@@ -31,6 +31,7 @@ def scene(
     necks: bool = True,
     drag: Dimensionless = 0.0,
     halved: int = 0,
+    coupled: bool = False,
 ) -> Scene:
     if not 0.0 <= level <= 1.0:
         raise ValueError(f"level = {level:g} of the height: give a number from 0 (empty) to 1 (full)")
@@ -60,13 +61,13 @@ def scene(
     )
     return Scene(
         name="tank_leak",
-        title=f"Tank {f'filled to {100 * level:g} %' if wet else 'empty'}, hit at {velocity:g} m/s",
+        title=f"Tank {f'filled to {100 * level:g} %' if wet else 'empty'}, hit at {velocity:g} m/s{', elements and particles' if coupled else ''}",
         source="T 3.4; experiments of Timm 2003",
-        shells=[tank(necks)],
+        shells=[tank_of_elements(necks, d, along=wet) if coupled else tank(necks)],
         rigids=[bullet(velocity)],
         fluids=[water] if wet else [],
         interactions=drags(drag, wet),
-        motions=supports(d),
+        motions=supports(d, reach=max(0.03, 3.01 * d)) if coupled else supports(d),  # one element at least
         duration="2.1 ms" if wet else "0.6 ms",
         # the bullet's entry into the water is what the energy balance misses, in proportion to the step
         numerics=Numerics(spacing=d, time_step_safety=0.75 if wet else 0.9),
