@@ -216,4 +216,5 @@ def gauges(scene: Scene, groups: Sequence[Any]) -> list[LeakGauge]:
 
 def _parts(groups: Sequence[Any], shell: str) -> list[tuple[Any, str]]:
     """The groups that hold a shell, or its elements and its particles, and what those are called there."""
-    return [(group, span.name) for group in groups for span in group.bodies if span.name in (shell, shell + PARTICLES)]
+    names = (shell, shell + PARTICLES)
+    return [(group, name) for name in names for group in groups for span in group.bodies if span.name == name]
