@@ -12,6 +12,10 @@ stopped at draft. With `drag` it resists by a measured coefficient (Drag; docs/m
 was flattened, and ours is rigid. With `halved` 1 or 2 the water is so many times halved along the bullet's path (Finer): what it resists by
 itself comes nearer to the measured drag.
 
+`coupled`: finite elements with one point, and particles over the height of the front face, 80 mm to both sides, and within 80 mm of where
+the bullet leaves (T 4.6.2: one long crack). They end two elements before the ends of the tank, whose edges no particles can follow. With
+`grows` particles stand about both holes alone at first, and more where damage comes near.
+
     python scenes/tank_leak.py --quality draft --out DIR
 """
 
@@ -32,11 +36,14 @@ def scene(
     drag: Dimensionless = 0.0,
     halved: int = 0,
     coupled: bool = False,
+    grows: bool = False,
 ) -> Scene:
     if not 0.0 <= level <= 1.0:
         raise ValueError(f"level = {level:g} of the height: give a number from 0 (empty) to 1 (full)")
     if not 0 <= halved <= 2:
         raise ValueError(f"halved = {halved}: the water along the path is halved 0, 1 or 2 times")
+    if grows and not coupled:
+        raise ValueError("grows = True: it is the patch of elements and particles that grows; set coupled = True as well")
     d = SPACING[quality]
     sides = [PATH * (halved - k) for k in range(halved)]
     finer = [Finer(within=Box(lo=(None, -side, 0.5 * HEIGHT - side), hi=(None, side, 0.5 * HEIGHT + side))) for side in sides]
@@ -61,9 +68,9 @@ def scene(
     )
     return Scene(
         name="tank_leak",
-        title=f"Tank {f'filled to {100 * level:g} %' if wet else 'empty'}, hit at {velocity:g} m/s{', elements and particles' if coupled else ''}",
+        title=f"Tank {f'filled to {100 * level:g} %' if wet else 'empty'}, hit at {velocity:g} m/s" + (", coupled" if coupled else ""),
         source="T 3.4; experiments of Timm 2003",
-        shells=[tank_of_elements(necks, d, along=wet) if coupled else tank(necks)],
+        shells=[tank_of_elements(necks, d, grows, along=wet and not grows) if coupled else tank(necks)],
         rigids=[bullet(velocity)],
         fluids=[water] if wet else [],
         interactions=drags(drag, wet),

@@ -15,6 +15,7 @@ from taichi_sph.scene import (
     FluidBox,
     Galerkin,
     Material,
+    Mazars,
     Numerics,
     Outside,
     Patch,
@@ -25,8 +26,9 @@ from taichi_sph.scene import (
     ShellFill,
     Wall,
 )
+from taichi_sph.world import growth
 
-from ..exact import restarts_exactly, threads_change_nothing
+from ..exact import restarts_exactly, same_state, threads_change_nothing
 from ..fluid.test_wetted import rates, wetted
 from .scenes import STEEL, of_nodes, start
 
@@ -35,10 +37,10 @@ THICK = 4e-3  # m, of the plate
 FRONT = np.array([RADIUS, 0.0, 0.5 * HEIGHT])
 
 
-def can(patched: bool = True, material=None, **water) -> Scene:
+def can(patched: bool = True, material=None, grows: bool = False, **water) -> Scene:
     """A closed can full of water: elements 1.5 D wide, and particles half as far apart as those of the water, or half of that, about its
     front."""
-    patch = Patch(where=(Ball(centre=FRONT.tolist(), radius=0.03),), spacing=0.5 * D) if patched else None
+    patch = Patch(where=(Ball(centre=FRONT.tolist(), radius=0.03),), spacing=0.5 * D, grows=grows) if patched else None
     return Scene(
         name="can",
         title="a can in parts",
@@ -223,6 +225,65 @@ def test_the_gauge_of_leaks_sees_both_parts_as_one_tank():
 def test_a_restart_and_another_number_of_threads_change_no_bit():
     restarts_exactly(lambda: start(can(velocity=(20.0, 0.0, 0.0))), 12, 12)
     threads_change_nothing(lambda threads: start(can(velocity=(20.0, 0.0, 0.0)), threads=threads), 12)
+
+
+BRITTLE = {"damage": Mazars(threshold=0.9, A=1, B=100), "critical_damage": 0.99}  # beyond all strains here: it grows when it is told to
+
+
+def grown(every: int | None = None):
+    """A can whose patch has grown by itself after 40 steps, beside water that moves."""
+    sim = start(can(grows=True, material=BRITTLE, velocity=(20.0, 5.0, 0.0), every=every))
+    sim.advance(40)
+    return sim
+
+
+@pytest.mark.parametrize("every", [None, pytest.param(2, marks=pytest.mark.long)])
+def test_water_does_not_feel_growth(every):
+    """The patch grows while water presses: momentum of all is kept, no energy is made, and what the particles of water find of the wall
+    is the same but for the chords of elements. A restart after it is exact."""
+    sim = grown(every)
+    met, before = _seen(sim), sim.entries()
+    first, nodes = _momentum(sim), sim.n_nodes
+    coupling = next(one for one in sim.couplings if hasattr(one, "tie"))
+    split = coupling.split
+    middle = np.abs(split.whole.centres[:, 2] - 0.5 * HEIGHT) < 2 * 1.5 * D
+    growth.grow(sim, {"can": tuple(np.flatnonzero(split.overlap & middle & (split.whole.centres[:, 1] > 0)).tolist())})
+    after = sim.entries()
+    assert sim.n_nodes > nodes and sim.grown.events == 1
+    assert _momentum(sim) == pytest.approx(first, rel=1e-9, abs=1e-12 * np.abs(first).max())
+    assert sum(_energy(after)) == pytest.approx(sum(_energy(before)), rel=1e-6)
+    print("booked", dict(zip(sim.grown.names, sim.grown.booked.tolist())), "met", np.abs(_seen(sim) - met).max() / np.abs(met).max())
+    assert np.abs(_seen(sim) - met).max() < 0.05 * np.abs(met).max()
+    half = {name: np.copy(value) for name, value in sim.state().items()}
+    sim.advance(40)
+    end, energies = sim.state(), sim.energies()
+    assert abs(energies["closed_residual_percent"]) < 1.0 and sim.leak.look(sim.time)["escaped_count"] == 0
+    again = start(can(grows=True, material=BRITTLE, velocity=(20.0, 5.0, 0.0), every=every))
+    again.restore(half)
+    assert same_state(again.state(), half) == []
+    again.advance(40)
+    assert same_state(again.state(), end) == [] and again.energies() == energies
+
+
+def _seen(sim) -> np.ndarray:
+    """(N, 3) w of the particles of water as surfaces lie now [1/m], in the order of the start."""
+    wet, p = wetted(sim), sim.fluid.p
+    sim.fluid.pairs.pack(0.0)
+    wet.see(False)
+    near = np.diff(runtime.get(wet.s.start, p.n + 1)) > 0
+    found = np.where(near[:, None], runtime.get(wet.s.met, p.n)[:, :3], 0.0)[np.argsort(runtime.get(p.id, p.n))]
+    next(one for one in sim.couplings if hasattr(one, "wetted")).begin_anew()  # as if nobody had looked
+    return found
+
+
+def _momentum(sim) -> np.ndarray:
+    p = sim.fluid.p
+    water = runtime.get(p.mass, p.n) @ runtime.get(p.v, p.n)
+    return water + sum(of_nodes(group, "mass") @ of_nodes(group, "v") for group in shells(sim))
+
+
+def _energy(found) -> list[float]:
+    return [found.kinetic, *found.internal.values(), *found.numerical.values()]
 
 
 def test_contact_alone_does_not_carry_water_on_a_patch():

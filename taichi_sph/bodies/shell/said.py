@@ -264,8 +264,8 @@ class Shell(Body):
         for fluid in scene.fluids:
             if fluid.contact is not None and scene.met(self.name, fluid.name).meet:
                 raise ValueError(
-                    f"{where}.patch: fluid '{fluid.name}' has contact '{fluid.contact}', which would strike elements and particles both, and "
-                    "that is not possible yet; leave its contact out, and its pressure carries it"
+                    f"{where}.patch: fluid '{fluid.name}' has contact '{fluid.contact}', which would strike elements and particles; that "
+                    "is not possible yet; leave its contact out, and its pressure carries it"
                 )
         if any(self.name in spring.between for spring in scene.springs):
             raise ValueError(f"{where}.patch: springs do not choose between elements and particles of '{self.name}' yet; leave one out")

@@ -36,7 +36,7 @@ class ShellPoints(Pool):
             "turn",
             self.cells.n,
             dtype="f64",
-            doc="1: corners of a cell of the group are numbered round the director, -1: against it; in an overlap times what the cell counts",
+            doc="1: corners of a cell of the group are numbered round the director, -1: against it; times what it counts",
         )
         runtime.put(self.half_of, half)
         runtime.put(self.turn, _turns(mesh) * _counted(group))
