@@ -40,12 +40,13 @@ def tank(necks: bool, name: str = "tank", y: float = 0.0) -> Shell:
     return Shell(name=name, surface=surface, thickness=THICKNESS, material=steel(necks), motion="free")
 
 
-def tank_of_elements(necks: bool, spacing: float, grows: bool = False, along: bool = False) -> Shell:
+def tank_of_elements(necks: bool, spacing: float, grows: bool = False, filled: bool = False) -> Shell:
     """The tank of finite elements three times as wide as particles are apart (`spacing` [m]), which stand where the bullet goes through, or
-    begin to stand there and follow the damage. along: they stand over the height of the front face as well, but for the ends, which no
-    particles can follow; that holds a crack."""
-    there: list[Ball | Box] = [Ball(centre=(x, 0, HEIGHT / 2), radius=BEGIN + spacing if grows else PATCH) for x in (RADIUS, -RADIUS)]
-    if along:
+    begin to stand there and follow the damage. filled: a crack is expected along the front face. So particles stand over its height, but
+    for the ends, which no particles can follow; or they follow the crack, and begin farther around the holes."""
+    radius = BEGIN + spacing if grows and not filled else PATCH
+    there: list[Ball | Box] = [Ball(centre=(x, 0, HEIGHT / 2), radius=radius) for x in (RADIUS, -RADIUS)]
+    if filled and not grows:
         ends = ENDS * 3 * spacing
         there[0] = Box(lo=(0, -ALONG, ends), hi=(None, ALONG, HEIGHT - ends))
     patch = Patch(where=there, spacing=spacing, grows=grows)

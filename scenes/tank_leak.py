@@ -14,7 +14,7 @@ itself comes nearer to the measured drag.
 
 `coupled`: finite elements with one point, and particles over the height of the front face, 80 mm to both sides, and within 80 mm of where
 the bullet leaves (T 4.6.2: one long crack). They end two elements before the ends of the tank, whose edges no particles can follow. With
-`grows` particles stand about both holes alone at first, and more where damage comes near.
+`grows` particles stand within 80 mm of both holes at first, and more where damage comes near.
 
     python scenes/tank_leak.py --quality draft --out DIR
 """
@@ -70,7 +70,7 @@ def scene(
         name="tank_leak",
         title=f"Tank {f'filled to {100 * level:g} %' if wet else 'empty'}, hit at {velocity:g} m/s" + (", coupled" if coupled else ""),
         source="T 3.4; experiments of Timm 2003",
-        shells=[tank_of_elements(necks, d, grows, along=wet and not grows) if coupled else tank(necks)],
+        shells=[tank_of_elements(necks, d, grows, filled=wet) if coupled else tank(necks)],
         rigids=[bullet(velocity)],
         fluids=[water] if wet else [],
         interactions=drags(drag, wet),

@@ -100,7 +100,7 @@ def as_in(scene: Scene, state: Mapping[str, np.ndarray]) -> Scene | None:
 def grow(world: World, wanted: Mapping[str, tuple[int, ...]]) -> None:
     """Let the patches of shells hold the elements `wanted` from now on. RunStopped where they cannot."""
     time, dt = world.time - world.clock.dt_before, world.clock.dt_before
-    books = world.entries()
+    books, before, was = world.entries(), world.scene, world.state()
     old = {name: _parts(world, name) for name in wanted}
     were = {name: (growth.before(a, _touch(world, a, dt)), growth.before(b, _touch(world, b, dt))) for name, (a, b) in old.items()}
     changing = {id(pool) for pair in old.values() for group in pair for pool in group.pools()}
@@ -109,6 +109,8 @@ def grow(world: World, wanted: Mapping[str, tuple[int, ...]]) -> None:
     try:
         world.build(widened(world.scene, wanted))
     except SceneError as error:
+        world.build(before)  # what was built so far has taken the place of what there was
+        world.restore(was)
         raise RunStopped(f"at t = {world.time:.6g} s damage comes near the border of a patch, which cannot grow there: {error}") from None
     changed = {name: _parts(world, name) for name in wanted}
     changing = {id(pool) for pair in changed.values() for group in pair for pool in group.pools()}

@@ -5,6 +5,7 @@ import pytest
 
 from taichi_sph import runtime
 from taichi_sph.bodies.fluid.columns import STIFFNESS
+from taichi_sph.bodies.shell.parts import split_of
 from taichi_sph.errors import SceneError
 from taichi_sph.scene import (
     Ball,
@@ -27,6 +28,7 @@ from taichi_sph.scene import (
     Wall,
 )
 from taichi_sph.world import growth
+from taichi_sph.world.growth import widened
 
 from ..exact import restarts_exactly, same_state, threads_change_nothing
 from ..fluid.test_wetted import rates, wetted
@@ -186,7 +188,7 @@ def test_an_even_pressure_does_not_see_the_patch():
 def test_no_particle_passes_a_sound_wall():
     """Water thrown against the wall in parts stays within, and its energy is kept."""
     sim = start(can(velocity=(20.0, 5.0, 0.0)))
-    sim.advance_to(4e-4)
+    sim.advance_to(2e-4)
     x = runtime.get(sim.fluid.p.x, sim.fluid.p.n)
     elements, particles = shells(sim)
     assert np.linalg.norm(of_nodes(particles, "u"), axis=1).max() > 1e-5
@@ -222,6 +224,7 @@ def test_the_gauge_of_leaks_sees_both_parts_as_one_tank():
     assert leak.opening() > 1e-5
 
 
+@pytest.mark.long
 def test_a_restart_and_another_number_of_threads_change_no_bit():
     restarts_exactly(lambda: start(can(velocity=(20.0, 0.0, 0.0))), 12, 12)
     threads_change_nothing(lambda threads: start(can(velocity=(20.0, 0.0, 0.0)), threads=threads), 12)
@@ -284,6 +287,17 @@ def _momentum(sim) -> np.ndarray:
 
 def _energy(found) -> list[float]:
     return [found.kinetic, *found.internal.values(), *found.numerical.values()]
+
+
+def test_a_patch_grows_up_to_the_edges_of_a_can():
+    """Elements beside the fold between wall and end cannot become particles, and the others around them do."""
+    scene = can(grows=True, material=BRITTLE)
+    split = split_of(scene.shells[0], scene)
+    wide = widened(scene, {"can": split.wider(split.overlap)})
+    after = split_of(wide.shells[0], wide)
+    assert after.patched.sum() > split.patched.sum()
+    assert np.abs(after.whole.centres[after.overlap, 2] - 0.5 * HEIGHT).max() < 0.5 * HEIGHT
+    assert split.wider(np.ones(len(split.patched), bool)) == tuple(np.flatnonzero(split.able & ~split.said).tolist())
 
 
 def test_contact_alone_does_not_carry_water_on_a_patch():
