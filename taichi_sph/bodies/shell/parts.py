@@ -119,7 +119,7 @@ class Split:
         corner = np.where(self.whole.cells < 0, self.whole.cells[:, :1], self.whole.cells)
         node = np.zeros(len(self.whole.points), bool)
         node[corner[(self.whole.cells[:, 3] < 0) | (_leans(self.whole) < SHARPEST)]] = True
-        return ~node[corner].any(axis=1)
+        return np.asarray(~node[corner].any(axis=1))
 
     def wider(self, near: np.ndarray) -> tuple[int, ...]:
         """Numbers of elements that are particles beside those of the regions once the patch holds `near` (M,) bool and two elements around
