@@ -1,5 +1,7 @@
 """Water on a shell of elements with particles in it: it presses once, and neither pressure nor leak sees where the parts begin."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from taichi_sph import runtime
 from taichi_sph.bodies.fluid.columns import STIFFNESS
 from taichi_sph.bodies.shell.parts import split_of
 from taichi_sph.errors import SceneError
+from taichi_sph.geometry.regions import inside
 from taichi_sph.scene import (
     Ball,
     Box,
@@ -27,6 +30,7 @@ from taichi_sph.scene import (
     ShellFill,
     Wall,
 )
+from taichi_sph.scene.script import load_scene
 from taichi_sph.world import growth
 from taichi_sph.world.growth import widened
 
@@ -34,6 +38,7 @@ from ..exact import restarts_exactly, same_state, threads_change_nothing
 from ..fluid.test_wetted import rates, wetted
 from .scenes import STEEL, of_nodes, start
 
+ROOT = Path(__file__).parents[2]
 D, RADIUS, HEIGHT = 0.0125, 0.06, 0.15  # m
 THICK = 4e-3  # m, of the plate
 FRONT = np.array([RADIUS, 0.0, 0.5 * HEIGHT])
@@ -298,6 +303,19 @@ def test_a_patch_grows_up_to_the_edges_of_a_can():
     assert after.patched.sum() > split.patched.sum()
     assert np.abs(after.whole.centres[after.overlap, 2] - 0.5 * HEIGHT).max() < 0.5 * HEIGHT
     assert split.wider(np.ones(len(split.patched), bool)) == tuple(np.flatnonzero(split.able & ~split.said).tolist())
+
+
+def test_the_filled_tank_in_parts():
+    """Particles stand over the height of its front; what stands alone in a key is refused."""
+    scene = load_scene(ROOT / "scenes" / "tank_leak.py", {"quality": "draft", "coupled": True})
+    split = split_of(scene.shells[0], scene)
+    front = split.whole.points[np.unique(split.whole.cells[split.patched])]
+    front = front[front[:, 0] > 0.0]
+    assert np.ptp(front[:, 2]) > 0.45 and front[:, 1].max() > 0.05
+    for number in range(len(scene.motions)):
+        assert inside(scene.motions[number].where, split.elements.points).any()
+    with pytest.raises(SceneError, match="grows = True: .* set coupled = True as well"):
+        load_scene(ROOT / "scenes" / "tank_leak.py", {"quality": "draft", "grows": True})
 
 
 def test_contact_alone_does_not_carry_water_on_a_patch():
