@@ -27,6 +27,8 @@ from taichi_sph.scene import (
 
 RADIUS, HEIGHT, THICKNESS = 0.15, 0.6, 1e-3  # m
 PATCH = 80e-3  # m, radius of the particles about a hole, where the rest is of elements
+ALONG = 80e-3  # m, half the width of the particles over the height of the front face
+ENDS = 1.6  # elements between those and the ends
 BEGIN = 15e-3  # m, the same of a patch that grows
 BLUNT = 0.35  # radius of the flat at the tip of a bullet of metal, over its own: a finer tip is where the shortest step is
 BULLET, LENGTH, MASS, PINBALLS = 9e-3, 3.6e-3, 0.031, 4  # m, m between the first and the last pinball, kg
@@ -44,10 +46,15 @@ def tank(necks: bool, name: str = "tank", y: float = 0.0) -> Shell:
     return Shell(name=name, surface=surface, thickness=THICKNESS, material=steel(necks), motion="free")
 
 
-def tank_of_elements(necks: bool, spacing: float, grows: bool = False) -> Shell:
+def tank_of_elements(necks: bool, spacing: float, grows: bool = False, filled: bool = False) -> Shell:
     """The tank of finite elements three times as wide as particles are apart (`spacing` [m]), which stand where the bullet goes through, or
-    begin to stand there and follow the damage."""
-    there = [Ball(centre=(x, 0, HEIGHT / 2), radius=BEGIN + spacing if grows else PATCH) for x in (RADIUS, -RADIUS)]
+    begin to stand there and follow the damage. filled: a crack is expected along the front face. So particles stand over its height, but
+    for the ends, which no particles can follow; or they follow the crack, and begin farther around the holes."""
+    radius = BEGIN + spacing if grows and not filled else PATCH
+    there: list[Ball | Box] = [Ball(centre=(x, 0, HEIGHT / 2), radius=radius) for x in (RADIUS, -RADIUS)]
+    if filled and not grows:
+        ends = ENDS * 3 * spacing
+        there[0] = Box(lo=(0, -ALONG, ends), hi=(None, ALONG, HEIGHT - ends))
     patch = Patch(where=there, spacing=spacing, grows=grows)
     return tank(necks).model_copy(update={"formulation": FiniteElements(points=1), "spacing": 3 * spacing, "patch": patch})
 
@@ -77,12 +84,12 @@ def drags(drag: float, wet: bool = True) -> list[Drag]:
     return [Drag(between=("bullet", "water"), coefficient=drag)] if drag and wet else []
 
 
-def supports(spacing: float, body: str = "tank", y: float = 0.0) -> list[PrescribedVelocity]:
-    """What holds the tank, whose nodes are `spacing` [m] apart."""
+def supports(spacing: float, body: str = "tank", y: float = 0.0, reach: float = 0.03) -> list[PrescribedVelocity]:
+    """What holds the tank, whose nodes are `spacing` [m] apart; reach [m]: height of the patches at the frame."""
     held = [
         Box(hi=(None, None, 0.25 * spacing)),
         Box(lo=(None, None, HEIGHT - 0.25 * spacing)),
-        Box(lo=(None, y - 0.05, 0.25 * spacing), hi=(-0.13, y + 0.05, 0.03)),
-        Box(lo=(None, y - 0.05, HEIGHT - 0.03), hi=(-0.13, y + 0.05, HEIGHT - 0.25 * spacing)),
+        Box(lo=(None, y - 0.05, 0.25 * spacing), hi=(-0.13, y + 0.05, reach)),
+        Box(lo=(None, y - 0.05, HEIGHT - reach), hi=(-0.13, y + 0.05, HEIGHT - 0.25 * spacing)),
     ]
     return [PrescribedVelocity(body=body, where=where, velocity=(0, 0, 0), spin=(0, 0, 0)) for where in held]

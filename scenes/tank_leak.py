@@ -12,12 +12,16 @@ stopped at draft. With `drag` it resists by a measured coefficient (Drag; docs/m
 was flattened, and ours is rigid. With `halved` 1 or 2 the water is so many times halved along the bullet's path (Finer): what it resists by
 itself comes nearer to the measured drag. `metal` as in empty_tank: the bullet is a solid of mild or hard steel that yields.
 
+`coupled`: finite elements with one point, and particles over the height of the front face, 80 mm to both sides, and within 80 mm of where
+the bullet leaves (T 4.6.2: one long crack). They end two elements before the ends of the tank, whose edges no particles can follow. With
+`grows` particles stand within 80 mm of both holes at first, and more where damage comes near.
+
     python scenes/tank_leak.py --quality draft --out DIR
 """
 
 from typing import Literal
 
-from _tank import HEIGHT, RADIUS, bullet, drags, metal_bullet, supports, tank
+from _tank import HEIGHT, RADIUS, bullet, drags, metal_bullet, supports, tank, tank_of_elements
 
 from taichi_sph.scene import Box, Dimensionless, Finer, Fluid, Numerics, Output, Quality, Quantity, Scene, ShellFill, Speed
 
@@ -36,6 +40,8 @@ def scene(
     drag: Dimensionless = 0.0,
     halved: int = 0,
     metal: Literal["none", "mild", "hard"] = "none",
+    coupled: bool = False,
+    grows: bool = False,
 ) -> Scene:
     if not 0.0 <= level <= 1.0:
         raise ValueError(f"level = {level:g} of the height: give a number from 0 (empty) to 1 (full)")
@@ -48,6 +54,8 @@ def scene(
     shape = [Quantity(name=name, unit="m", options={"axis": "x", **by}) for name in ("body_length", "body_diameter") if solid]
     if halved and level <= 0.5:
         raise ValueError(f"halved = {halved}: the bullet flies at half the height, above a level of {level:g}; leave one out")
+    if grows and not coupled:
+        raise ValueError("grows = True: it is the patch of elements and particles that grows; set coupled = True as well")
     d = SPACING[quality]
     sides = [PATH * (halved - k) for k in range(halved)]
     finer = [Finer(within=Box(lo=(None, -side, 0.5 * HEIGHT - side), hi=(None, side, 0.5 * HEIGHT + side))) for side in sides]
@@ -70,15 +78,15 @@ def scene(
     )
     return Scene(
         name="tank_leak",
-        title=f"Tank {f'filled to {100 * level:g} %' if wet else 'empty'}, hit at {velocity:g} m/s",
+        title=f"Tank {f'filled to {100 * level:g} %' if wet else 'empty'}, hit at {velocity:g} m/s" + (", coupled" if coupled else ""),
         source="T 3.4; experiments of Timm 2003",
-        shells=[tank(necks)],
+        shells=[tank_of_elements(necks, d, grows, filled=wet) if coupled else tank(necks)],
         rigids=[] if solid else [bullet(velocity)],
         solids=[solid] if solid else [],
         initial=[thrown] if thrown else [],
         fluids=[water] if wet else [],
         interactions=drags(drag, wet),
-        motions=supports(d),
+        motions=supports(d, reach=max(0.03, 3.01 * d)) if coupled else supports(d),  # one element at least
         duration="2.1 ms" if wet else "0.6 ms",
         # the bullet's entry into the water is what the energy balance misses, in proportion to the step
         numerics=Numerics(spacing=d, time_step_safety=0.75 if wet else 0.9),

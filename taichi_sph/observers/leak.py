@@ -7,6 +7,9 @@ A particle that is outside once counts as escaped for good.
 
 The tank is the largest piece that live cells hold together: the plug that a striker pushes through the water is no wall. A look asks only
 those particles that may have come to a wall since they were last asked.
+
+A tank of elements with particles in it is two bodies. The nodes of both are its nodes. The two hold together where a particle stands on a
+node of an element at t = 0, which is in the overlap alone.
 """
 
 from __future__ import annotations
@@ -18,11 +21,14 @@ import numpy as np
 
 from .. import runtime
 from ..bodies.body import Span, holding
+from ..bodies.shell.said import PARTICLES
 from ..pool import Pool
 
 if TYPE_CHECKING:
     from ..scene.schema import Scene
 
+
+SAME = 1e-3  # of the spacing: nodes of two parts that are so near stand in one place
 
 UNITS = {
     "escaped_mass": "kg", "escaped_count": "-", "rate": "kg/s", "jet_speed": "m/s", "jet_x": "-", "jet_y": "-", "jet_z": "-",
@@ -49,15 +55,19 @@ class Filled(Protocol):
 
 
 class LeakGauge(Pool):
-    """Watches one fluid in one closed shell. name: of its history."""
+    """Watches one fluid in one closed shell. name: of its history; parts: the group and the body of each part of the shell."""
 
     kept = ("outside", "room", "looked", "before", "rate", "jet")
 
-    def __init__(self, name: str, tank: Walls, shell: str, fluid: Filled, filled: str):
-        """tank, fluid: the groups; shell, filled: names of the bodies."""
+    def __init__(self, name: str, tank: Sequence[tuple[Walls, str]], fluid: Filled, filled: str):
+        """tank: the groups that hold the parts of the shell, with the names of those; fluid: a group; filled: the name of its body."""
         super().__init__(name)
-        self.tank, self.shell = tank, tank.of(shell)
-        self.nodes = slice(self.shell.nodes.first, self.shell.nodes.first + self.shell.nodes.n)
+        self.parts = [(group, group.of(part)) for group, part in tank]
+        meshes = [body.mesh for _, body in self.parts]
+        self.points = np.concatenate([mesh.points for mesh in meshes])  # m, of all parts, at t = 0
+        self.half = np.concatenate([0.5 * body.thickness for _, body in self.parts])
+        self.spacing = max(mesh.spacing for mesh in meshes)
+        self.joints = self._joints()
         self.fluid, self.span = fluid, fluid.of(filled)
         n = self.span.n
         self.outside = np.zeros(n, bool)  # by number at the start
@@ -74,9 +84,21 @@ class LeakGauge(Pool):
         """What frames show of the fluid."""
         return {"outside": self.outside.astype(np.uint8)}
 
-    def _of(self, field: Any) -> np.ndarray:
-        """The values of a field at the nodes of the tank."""
-        return runtime.get(field, self.tank.nodes.n)[self.nodes]
+    def _of(self, name: str) -> np.ndarray:
+        """The values of a field of nodes at those of the tank."""
+        return np.concatenate([_at_nodes(group, body, name) for group, body in self.parts])
+
+    def _joints(self) -> np.ndarray:
+        """(J, 2) numbers of nodes of two parts that stand in one place at t = 0."""
+        if len(self.parts) == 1:
+            return np.zeros((0, 2), int)
+        from scipy.spatial import cKDTree
+
+        (_, one), (_, other) = self.parts
+        least = min(one.mesh.spacing, other.mesh.spacing)
+        away, second = cKDTree(other.mesh.points).query(one.mesh.points)
+        first = np.flatnonzero(away < SAME * least)
+        return np.column_stack([first, len(one.mesh.points) + second[first]])
 
     @property
     def escaped(self) -> float:
@@ -89,22 +111,22 @@ class LeakGauge(Pool):
         """Looks, and returns the row of the history now."""
         from scipy.spatial import cKDTree
 
-        nodes, mesh, p = self.tank.nodes, self.shell.mesh, self.fluid.body.p
+        p = self.fluid.body.p
         order = self.fluid.body.numbered()[self.span.first : self.span.first + self.span.n]
         x = runtime.get(p.x, p.n)[order]
         v = runtime.get(p.v, p.n)[order].astype(np.float64)
-        half = 0.5 * self.shell.thickness
-        fastest = max(self.fluid.body.fastest(), np.linalg.norm(self._of(nodes.v), axis=1).max())
-        asked = np.flatnonzero(~self.outside & (self.room <= 2.0 * fastest * (time - self.looked) + mesh.spacing))
+        half = self.half
+        fastest = max(self.fluid.body.fastest(), np.linalg.norm(self._of("v"), axis=1).max())
+        asked = np.flatnonzero(~self.outside & (self.room <= 2.0 * fastest * (time - self.looked) + self.spacing))
         if len(asked):
-            places = mesh.points + self._of(nodes.u)
-            director = self._of(nodes.N) + self._of(nodes.d)
+            places = self.points + self._of("u")
+            director = self._of("N") + self._of("d")
             whole = self._whole()
             distance, nearest = cKDTree(places[whole]).query(x[asked])
             beyond = np.einsum("ni,ni->n", x[asked] - places[whole][nearest], director[whole][nearest])
             passed = np.flatnonzero(beyond > half[whole[nearest]])
             if len(passed):
-                X, N = mesh.points, self._of(nodes.N)
+                X, N = self.points, self._of("N")
                 _, first = cKDTree(X).query(x[asked[passed]])
                 before = np.einsum("ni,ni->n", x[asked[passed]] - X[first], N[first])
                 passed = passed[before > half[first]]
@@ -135,38 +157,53 @@ class LeakGauge(Pool):
         }
 
     def _whole(self) -> np.ndarray:
-        """Numbers of the nodes of the largest piece, in the mesh of the tank."""
+        """Numbers of the nodes of the largest piece."""
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
 
-        cells = self.shell.mesh.cells[self._broken() == 0]
-        first, other = cells[:, [0, 1, 2]].ravel(), cells[:, [1, 2, 3]].ravel()
-        n = self.shell.nodes.n
-        linked = other >= 0
-        links = coo_array((np.ones(linked.sum()), (first[linked], other[linked])), shape=(n, n))
+        ends, n = [self.joints], 0
+        for group, body in self.parts:
+            cells = body.mesh.cells[_broken(group, body) == 0]
+            pairs = np.column_stack([cells[:, [0, 1, 2]].ravel(), cells[:, [1, 2, 3]].ravel()])
+            ends.append(n + pairs[pairs[:, 1] >= 0])
+            n += body.nodes.n
+        first, other = np.concatenate(ends).T
+        links = coo_array((np.ones(len(first)), (first, other)), shape=(n, n))
         _, piece = connected_components(links, directed=False)
         return np.flatnonzero(piece == np.bincount(piece).argmax())
-
-    def _broken(self) -> np.ndarray:
-        """Of the cells of the tank: 1 where broken."""
-        own = self.shell.cells
-        return runtime.get(self.tank.cells.broken, self.tank.cells.n)[own.first : own.first + own.n]
 
     def opening(self) -> float:
         """Area [m2] of the broken cells as they lie now, less what they had: cracks count by their width. A cell that has lost
         a node to a fragment counts as it was."""
-        mesh, nodes = self.shell.mesh, self.tank.nodes
-        broken = np.flatnonzero(self._broken() == 1)
-        if not len(broken):
-            return 0.0
-        cells = mesh.cells[broken]
-        corners = np.where(cells < 0, cells[:, :1], cells)
-        x = mesh.points + self._of(nodes.u)
-        a, b, c, d = (x[corners[:, k]] for k in range(4))
-        now = 0.5 * np.linalg.norm(np.cross(c - a, d - b), axis=1)
-        was = mesh.areas[broken]
-        lost = (self._of(nodes.fragment)[corners] == 1).any(axis=1)
-        return float(np.where(lost, was, np.clip(now - was, 0.0, 4.0 * was)).sum())
+        return sum((_opening(group, body) for group, body in self.parts), 0.0)
+
+
+def _at_nodes(group: Any, body: Any, name: str) -> np.ndarray:
+    """The values of a field of nodes at those of a body."""
+    first = body.nodes.first
+    return runtime.get(getattr(group.nodes, name), group.nodes.n)[first : first + body.nodes.n]
+
+
+def _broken(group: Any, body: Any) -> np.ndarray:
+    """Of the cells of a body: 1 where broken."""
+    own = body.cells
+    return runtime.get(group.cells.broken, group.cells.n)[own.first : own.first + own.n]
+
+
+def _opening(group: Any, body: Any) -> float:
+    """What the broken cells of a body leave open [m2]."""
+    mesh = body.mesh
+    broken = np.flatnonzero(_broken(group, body) == 1)
+    if not len(broken):
+        return 0.0
+    cells = mesh.cells[broken]
+    corners = np.where(cells < 0, cells[:, :1], cells)
+    x = mesh.points + _at_nodes(group, body, "u")
+    a, b, c, d = (x[corners[:, k]] for k in range(4))
+    now = 0.5 * np.linalg.norm(np.cross(c - a, d - b), axis=1)
+    was = mesh.areas[broken]
+    lost = (_at_nodes(group, body, "fragment")[corners] == 1).any(axis=1)
+    return float(np.where(lost, was, np.clip(now - was, 0.0, 4.0 * was)).sum())
 
 
 def gauges(scene: Scene, groups: Sequence[Any]) -> list[LeakGauge]:
@@ -174,4 +211,10 @@ def gauges(scene: Scene, groups: Sequence[Any]) -> list[LeakGauge]:
     shells = {shell.name for shell in scene.shells}  # a rigid tank does not leak
     filled = [(fluid, tank) for fluid in scene.fluids if (tank := getattr(fluid.fill, "shell", None)) in shells]
     called = {fluid.name: "leak" if len(filled) == 1 else f"leak_{fluid.name}" for fluid, _ in filled}
-    return [LeakGauge(called[f.name], holding(groups, tank)[0], tank, holding(groups, f.name)[0], f.name) for f, tank in filled]
+    return [LeakGauge(called[f.name], _parts(groups, tank), holding(groups, f.name)[0], f.name) for f, tank in filled]
+
+
+def _parts(groups: Sequence[Any], shell: str) -> list[tuple[Any, str]]:
+    """The groups that hold a shell, or its elements and its particles, and what those are called there."""
+    names = (shell, shell + PARTICLES)
+    return [(group, name) for name in names for group in groups for span in group.bodies if span.name == name]

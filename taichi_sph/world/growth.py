@@ -2,7 +2,8 @@
 
 The world is built anew about the scene with the wider patch, and takes over what was. Energies that are no longer anywhere else are booked
 here, and so is what the change itself makes or takes, kinetic and elastic energy of the new particles less that of the elements they were.
-A checkpoint holds the patches as they are, so a restart is exact.
+A checkpoint holds the patches as they are, so a restart is exact. Points that water presses on are those of the parts as they are now: they
+have no history but their places.
 """
 
 from __future__ import annotations
@@ -99,7 +100,7 @@ def as_in(scene: Scene, state: Mapping[str, np.ndarray]) -> Scene | None:
 def grow(world: World, wanted: Mapping[str, tuple[int, ...]]) -> None:
     """Let the patches of shells hold the elements `wanted` from now on. RunStopped where they cannot."""
     time, dt = world.time - world.clock.dt_before, world.clock.dt_before
-    books = world.entries()
+    books, before, was = world.entries(), world.scene, world.state()
     old = {name: _parts(world, name) for name in wanted}
     were = {name: (growth.before(a, _touch(world, a, dt)), growth.before(b, _touch(world, b, dt))) for name, (a, b) in old.items()}
     changing = {id(pool) for pair in old.values() for group in pair for pool in group.pools()}
@@ -108,10 +109,13 @@ def grow(world: World, wanted: Mapping[str, tuple[int, ...]]) -> None:
     try:
         world.build(widened(world.scene, wanted))
     except SceneError as error:
+        world.build(before)  # what was built so far has taken the place of what there was
+        world.restore(was)
         raise RunStopped(f"at t = {world.time:.6g} s damage comes near the border of a patch, which cannot grow there: {error}") from None
     changed = {name: _parts(world, name) for name in wanted}
     changing = {id(pool) for pair in changed.values() for group in pair for pool in group.pools()}
     state = {name: value for one in kept for name, value in one.items()}
+    changing |= {id(pool) for coupling in _wet(world) for pool in coupling.pools()}
     for pool in world.pools:
         if id(pool) not in changing:
             _restore(pool, state)
@@ -124,6 +128,8 @@ def grow(world: World, wanted: Mapping[str, tuple[int, ...]]) -> None:
     for coupling in world.couplings:
         if getattr(coupling, "name", None) in wanted:
             coupling.start()
+    for coupling in _wet(world):
+        coupling.begin_anew()
     for name, pair in changed.items():
         growth.settle(pair, were[name], time, dt)
     assert world.grown is not None
@@ -133,8 +139,10 @@ def grow(world: World, wanted: Mapping[str, tuple[int, ...]]) -> None:
 
 
 def _touch(world: World, group: Any, dt: float) -> np.ndarray:
-    """(N, 3) force of contact [N] on the nodes of a group in the last step, which was dt [s] long."""
+    """(N, 3) force of contact and of water [N] on the nodes of a group in the last step, which was dt [s] long."""
     found = np.zeros((group.nodes.n, 3))
+    for coupling in _wet(world):
+        found += coupling.pushed(group, world.step - 1)
     contact = world.contact
     if contact is None or not contact.touching:
         return found
@@ -145,6 +153,11 @@ def _touch(world: World, group: Any, dt: float) -> np.ndarray:
             mine = (who >= surface.first.mover) & (who < surface.first.mover + surface.n)
             found[who[mine] - surface.first.mover] = impulse[mine] / dt
     return found
+
+
+def _wet(world: World) -> list[Any]:
+    """Couplings of fluids that press."""
+    return [coupling for coupling in world.couplings if hasattr(coupling, "wetted")]
 
 
 def _parts(world: World, name: str) -> tuple[Any, Any]:

@@ -8,7 +8,7 @@ from taichi_sph.errors import RunStopped
 from taichi_sph.scene import Box, Delay, InitialVelocity, Mazars
 from taichi_sph.world import growth
 
-from ..exact import restarts_exactly
+from ..exact import restarts_exactly, same_state
 from .scenes import of_nodes, patched, start, tied
 
 CONCRETE = {
@@ -68,6 +68,16 @@ def test_damage_near_the_border_makes_the_patch_grow():
     assert momentum(sim) == pytest.approx(first, abs=1e-12 * np.abs(first).max())
     assert abs(sim.energies()["closed_residual_percent"]) < 0.05
     assert tied(sim).left()[0] < 1e-12
+
+
+def test_where_a_patch_cannot_grow_the_run_stops_as_it_was():
+    """It cannot take all elements; what has been computed is there to be written."""
+    sim = start(torn_at(0.35, grows=True))
+    sim.advance(2)
+    before, scene = sim.state(), sim.scene
+    with pytest.raises(RunStopped, match="damage comes near the border of a patch, which cannot grow there: .* takes all elements"):
+        growth.grow(sim, {"shell": tuple(range(tied(sim).split.cells.max() + 1))})
+    assert sim.scene is scene and same_state(sim.state(), before) == []
 
 
 @pytest.mark.long

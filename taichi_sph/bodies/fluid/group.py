@@ -64,7 +64,8 @@ class FluidGroup(Rest):
     def __init__(self, scene: Scene, others: Sequence[Any], fluids: Sequence[Fluid], name: str):
         """name: of the pools."""
         self.scene, self.name = scene, name
-        meshes = {shell.name: shell.mesh for group in others if group.kind == "shell" for shell in group.shells}
+        shells = [shell for group in others if group.kind == "shell" for shell in group.shells]
+        meshes = {shell.of: shell.mesh if shell.split is None else shell.split.whole for shell in shells}
         meshes |= {body.name: mesh_of(body, scene) for body in scene.rigids if body.surface is not None}
         fillings = [fill_fluid(fluid, scene, meshes) for fluid in fluids]
         _one_pool(scene, fluids, fillings)

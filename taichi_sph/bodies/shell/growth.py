@@ -41,7 +41,7 @@ class Before:
     per_cell: int
     n_nodes: int
     n_cells: int
-    touch: np.ndarray  # (N, 3) force of contact on the nodes [N]
+    touch: np.ndarray  # (N, 3) force of contact and of water on the nodes [N]
     coef: np.ndarray | None = None  # of the particles: their rows
     cut: np.ndarray | None = None
     source: np.ndarray | None = None
@@ -50,7 +50,7 @@ class Before:
 
 
 def before(group: ShellGroup, touch: np.ndarray) -> Before:
-    """Copies: the fields are lost when the groups are built anew. touch (N, 3): force of contact on the nodes [N]."""
+    """Copies: the fields are lost when the groups are built anew. touch (N, 3): force of contact and of water on the nodes [N]."""
     pools = group.pools()
     found = Before(
         split=_split(group),

@@ -113,15 +113,23 @@ class Split:
         quads = np.flatnonzero(self.whole.cells[:, 3] >= 0)
         return subdivided(self.whole, quads, self.n, ~self.said[quads])
 
+    @cached_property
+    def able(self) -> np.ndarray:
+        """(M,) bool: elements that can become particles, for they and all around them can be divided."""
+        corner = np.where(self.whole.cells < 0, self.whole.cells[:, :1], self.whole.cells)
+        node = np.zeros(len(self.whole.points), bool)
+        node[corner[(self.whole.cells[:, 3] < 0) | (_leans(self.whole) < SHARPEST)]] = True
+        return np.asarray(~node[corner].any(axis=1))
+
     def wider(self, near: np.ndarray) -> tuple[int, ...]:
         """Numbers of elements that are particles beside those of the regions once the patch holds `near` (M,) bool and two elements around
-        them."""
+        them, of those that can."""
         corner = np.where(self.whole.cells < 0, self.whole.cells[:, :1], self.whole.cells)
         for _ in range(AHEAD):
             node = np.zeros(len(self.whole.points), bool)
             node[corner[near]] = True
             near = np.asarray(node[corner].any(axis=1))
-        return tuple(np.flatnonzero((self.patched | near) & ~self.said).tolist())
+        return tuple(np.flatnonzero((self.patched | near & self.able) & ~self.said).tolist())
 
     def weight(self, cells: np.ndarray, r: np.ndarray, s: np.ndarray) -> np.ndarray:
         """alpha at the places (r, s), -1 to 1, of cells of the whole mesh."""
@@ -237,9 +245,9 @@ def _split(shell: Shell, scene: Scene) -> Split:
         raise SceneError(
             f"{where}.spacing {show(patch.spacing, 'm')}: the elements there are {show(size, 'm')} wide, and {limit} as wide; {change}"
         )
-    lean = np.einsum("mi,mki->mk", mesh.frames[both, 2], mesh.node_normals[mesh.cells[both]])
-    if np.abs(lean).min() < SHARPEST:
-        bad = mesh.centres[both[np.abs(lean).min(axis=1).argmin()]]
+    lean = _leans(mesh)[both]
+    if lean.min() < SHARPEST:
+        bad = mesh.centres[both[lean.argmin()]]
         raise SceneError(
             f"{where}: at ({', '.join(show(x, 'm') for x in bad)}) the surface turns by more than 25 degrees over half an element, and no "
             "particles can follow it; refine the mesh there, or keep the patch two elements away from the edge"
@@ -248,6 +256,12 @@ def _split(shell: Shell, scene: Scene) -> Split:
     alpha[corner[patched]] = 1.0
     fine = subdivided(mesh, both, n, ~said[both])  # what has grown stays where its elements were
     return Split(mesh, patch, n, said, patched, overlap, alpha, _moved(fine, patch))
+
+
+def _leans(mesh: SurfaceMesh) -> np.ndarray:
+    """(M,) the least cosine between the middle of a cell and its corners."""
+    corner = np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)
+    return np.abs(np.einsum("mi,mki->mk", mesh.frames[:, 2], mesh.node_normals[corner])).min(axis=1)
 
 
 def _closed(patched: np.ndarray, corner: np.ndarray) -> np.ndarray:

@@ -262,10 +262,10 @@ class Shell(Body):
         if self.self_contact:
             raise ValueError(f"{where}.self_contact: elements and particles of one shell do not meet; leave self_contact or the patch out")
         for fluid in scene.fluids:
-            if scene.met(self.name, fluid.name).meet:
+            if fluid.contact is not None and scene.met(self.name, fluid.name).meet:
                 raise ValueError(
-                    f"{where}.patch: fluid '{fluid.name}' would press on elements and particles both, which is not possible yet; "
-                    "leave one of them out"
+                    f"{where}.patch: fluid '{fluid.name}' has contact '{fluid.contact}', which would strike elements and particles; that "
+                    "is not possible yet; leave its contact out, and its pressure carries it"
                 )
         if any(self.name in spring.between for spring in scene.springs):
             raise ValueError(f"{where}.patch: springs do not choose between elements and particles of '{self.name}' yet; leave one out")

@@ -1,4 +1,9 @@
-"""The surface of shells for water: every node is a point, with the vector area of its sound cells as they lie now."""
+"""The surface of shells for water: every node is a point, with the vector area of its sound cells as they lie now.
+
+A shell of elements with particles in it is two surfaces in one place where the two overlap. Each cell there has the share of its area that
+it has of energy and mass, 1 - alpha and alpha (parts.py). So water meets the shell once, and loads each part by what that counts, as a
+pressure of the scene does.
+"""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -28,13 +33,17 @@ class ShellPoints(Pool):
         self.halves = np.unique(half).tolist()
         self.half_of = self.field("half_of", self.n, dtype="f64", unit="m", doc="half the thickness at a point")
         self.turn = self.field(
-            "turn", self.cells.n, dtype="f64", doc="1: corners of a cell of the group are numbered round the director, -1: against it"
+            "turn",
+            self.cells.n,
+            dtype="f64",
+            doc="1: corners of a cell of the group are numbered round the director, -1: against it; times what it counts",
         )
         runtime.put(self.half_of, half)
-        runtime.put(self.turn, _turns(mesh))
+        runtime.put(self.turn, _turns(mesh) * _counted(group))
         own = slice(self.begin, self.begin + self.n)
         free = ~group.held()[own]
-        weights = runtime.get(self.nodes.mass, self.nodes.n)[own] / mesh.node_areas[own]
+        areas = mesh.node_areas if group.shells[0].split is None else group.shells[0].node_areas  # a part stands alone in its group
+        weights = runtime.get(self.nodes.mass, self.nodes.n)[own] / areas[own]
         self.lightest = float(weights[free].min(initial=np.inf))
 
     def pools(self) -> Sequence[Pool]:
@@ -53,6 +62,12 @@ def _turns(mesh: SurfaceMesh) -> np.ndarray:
     last = np.where(c[:, 3] < 0, c[:, 0], c[:, 3])
     area = np.cross(x[c[:, 2]] - x[c[:, 0]], x[last] - x[c[:, 1]])
     return np.where((area * mesh.node_normals[c[:, 0]]).sum(axis=1) < 0, -1.0, 1.0)
+
+
+def _counted(group: "ShellGroup") -> np.ndarray:
+    """(M,) what the cells of a group count: 1, less where elements and particles overlap."""
+    each = [(body.cells.n, body.weights) for body in group.shells]
+    return np.concatenate([np.ones(n) if of is None else of.reshape(n, -1).mean(axis=1) for n, of in each])
 
 
 @ti.func

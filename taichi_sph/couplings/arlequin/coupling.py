@@ -158,7 +158,8 @@ class ArlequinCoupling(Coupling):
         self.watch.worst = max(self.watch.worst, worst)
         if self.grows:
             self._ask()
-            return
+            if self.wanted:
+                return
         if outer.max() >= self.critical:
             element = int(outer.argmax()) // (self.elements.points.n // self.elements.cells.n)
             self._stop(self.elements.mesh.centres[element], now, "an element would break")

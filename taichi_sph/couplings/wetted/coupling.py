@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
+from ... import runtime
 from ...bodies.body import Group, Now
 from ...bodies.fluid.group import FluidGroup
 from ...bodies.wettable import wettables
@@ -49,3 +52,19 @@ class WettedCoupling(Coupling):
     def add(self, now: Now) -> None:
         """The forces of the particles on surfaces, as one blow for all steps of the clock until the fluid's next."""
         self.wetted.bear(self.fluid.every if now.due(self.fluid) else 0)
+
+    def pushed(self, group: Any, step: int) -> np.ndarray:
+        """(N, 3) force [N] of the fluid on the nodes of a group in the step of that number, which was the last."""
+        nodes, n = group.nodes, group.nodes.n
+        force, points = runtime.get(nodes.force, n), self.wetted
+        runtime.put(nodes.force, np.zeros_like(force))
+        for first, surface in zip(points.first, points.surfaces):
+            if getattr(surface, "nodes", None) is nodes:
+                surface.bear(points.points, first, self.fluid.every if step % self.fluid.every == 0 else 0)
+        found = runtime.get(nodes.force, n).astype(np.float64)
+        runtime.put(nodes.force, force)
+        return found
+
+    def begin_anew(self) -> None:
+        """Points that are new, on bodies and beside particles that have a history."""
+        self.wetted.begin_anew(self.fluid.body.dt if self.fluid.every > 1 else 0.0)

@@ -122,6 +122,14 @@ class Wetted(Pool):
         if self.hidden is not None:
             _hide(self.points, self.hidden, self.n, self.hidden.n)
 
+    def begin_anew(self, since: float) -> None:
+        """Points and lists where bodies are now, whatever they were before; since [s]: as `see` will be told."""
+        self._lay(0.0)
+        if since > 0.0:
+            x, record = runtime.get(self.points.x, self.n), runtime.get(self.points.record, self.n)
+            runtime.put(self.points.was, x - since * record[:, 6:9])
+        self.relist()
+
     def relist(self) -> None:
         """Lists of the pairs within reach, as all lie now."""
         _keep(self, self.p.n, self.n)

@@ -118,13 +118,13 @@ def orifice_rate(run: RunFolder, scene: Scene, *, fluid: str | None = None) -> f
     open."""
     fluid, history = watched(run, fluid)
     fill = next(f.fill for f in scene.fluids if f.name == fluid)
-    frame = run.frames(fill.shell).body(-1)
+    frame = run.frames(run.torn(fill.shell)).body(-1)
     broken = ruptured(frame)
     area = float(history["opening_area"][-1]) if len(history) else 0.0
     if area <= 0.0 or not broken.any():
         return None
     c = "xyz".index(fill.axis)
-    level = frame.reference[:, c].max() if fill.level is None else fill.level
+    level = run.frames(fill.shell).body(-1).reference[:, c].max() if fill.level is None else fill.level
     head = np.clip(level - cell_centres(frame.reference, frame.cells)[broken, c], 0.0, None)
     g = float(np.linalg.norm(scene.gravity)) if scene.gravity else G
     return float(CONTRACTION * area * np.sqrt(2.0 * g * head).mean() / LITRE)

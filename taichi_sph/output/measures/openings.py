@@ -13,7 +13,7 @@ from . import fragments
 
 def torn(run: RunFolder, shell: str) -> float:
     """Widest of the holes and cracks of a shell at the end [m]; 0 without one."""
-    body = run.frames(shell).body(-1)
+    body = run.frames(run.torn(shell)).body(-1)
     if "broken" not in body.cell_data:
         return 0.0
     hole = max((hole.diameter for hole in fragments.holes(fragments.fragments(body, run.scene))), default=0.0)
