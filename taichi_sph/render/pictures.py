@@ -184,17 +184,18 @@ LARGEST = 300_000  # bytes of a picture that is kept in the repository
 
 def reduced(source: Path, target: Path) -> Path:
     """A copy of a picture with 256 colours: a third of the size, and the eye does not tell. A page that is larger than LARGEST all the same
-    is drawn smaller, and one of many balls with 64 colours."""
+    is drawn smaller, and one of many balls with the colours that cover its range, not those that are most of it."""
     from PIL import Image
 
     target.parent.mkdir(parents=True, exist_ok=True)
     temporary = target.with_name(target.name + ".tmp")
     with Image.open(source) as image:
         whole = image.convert("RGB")
-    for share, colours in ((1.0, 256), (0.85, 256), (0.7, 256), (0.7, 64), (0.55, 64)):
+    most, range_ = Image.Quantize.MEDIANCUT, Image.Quantize.MAXCOVERAGE
+    for share, method in ((1.0, most), (0.85, most), (0.7, most), (0.7, range_), (0.55, range_)):
         size = (round(share * whole.width), round(share * whole.height))
         page = whole if share == 1.0 else whole.resize(size, Image.Resampling.LANCZOS)
-        page.quantize(colours, dither=Image.Dither.NONE).save(temporary, format="PNG", optimize=True)
+        page.quantize(256, method=method, dither=Image.Dither.NONE).save(temporary, format="PNG", optimize=True)
         if temporary.stat().st_size < LARGEST:
             break
     os.replace(temporary, target)
