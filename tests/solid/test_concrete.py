@@ -75,8 +75,8 @@ def test_a_loose_cell_closes_again():
 
 @pytest.mark.parametrize(("flattest", "viscous", "dt"), [(None, False, 1e-3), (0.5, False, 1e-3), (0.5, True, 1e-3), (0.5, True, 1e-6)])
 def test_a_flat_cell_dies_where_that_is_said(flattest, viscous, dt):
-    """Pressed to 0.45 along x, at a constant volume but for 1 %: what it held goes to `released`. Bulk viscosity changes nothing, slow or at
-    2000 /s: it lowers the step, and a limit of the step is not one of the shape."""
+    """Pressed to 0.45 along x, at a constant volume but for 1 %: what it held goes to `released`. Bulk viscosity changes nothing, slow or
+    at 2000 /s: it lowers the step, and a limit of the step is not one of the shape."""
     one = point(viscous, flattest=flattest)
     for k in range(1, 401):
         a = np.exp(-2e-3 * k)
