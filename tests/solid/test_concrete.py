@@ -203,6 +203,39 @@ def test_a_graded_brick():
         assert 1.1 < ratio.max() < 1.3 + 1e-9 and cells.max() < 0.02
 
 
+@pytest.mark.parametrize("room", [1e-9, 1e-6, 1e-4, 1.9e-3, 2.1e-3, 4e-3, 4.7e-3, 4.9e-3, 8e-3, 1e-2])
+@pytest.mark.parametrize("low", [False, True])
+def test_a_graded_brick_has_no_slivers(room, low):
+    """Whatever is left beyond the fine stretch, no cell is shorter than half of a fine one, and none grows by more than is said."""
+    from taichi_sph.geometry.solids.made import brick
+
+    graded = Grading(lo=(room, None, None)) if low else Grading(hi=(0.04, None, None))
+    mesh = brick(Brick(size=(0.04 + room, 0.04, 0.04), graded=graded), 4e-3)
+    at = np.unique(np.round(mesh.points[:, 0], 12))
+    cells = np.diff(at)
+    assert at[0] == 0 and at[-1] == pytest.approx(0.04 + room, rel=1e-9) and mesh.straightness.min() == pytest.approx(1.0)
+    assert cells.min() > 0.4999 * 4e-3 and (cells[:: -1 if low else 1][1:] / cells[:: -1 if low else 1][:-1]).max() < 1.2 + 1e-9
+    assert (len(cells) > 10) == (room > 2e-3)
+
+
+@pytest.mark.parametrize(
+    ("shape", "said"),
+    [
+        ({"graded": {"largest": 0.05}}, "graded: largest 50 mm must be at least the spacing, 100 mm, from which cells grow"),
+        (
+            {"size": (1e6, 1, 1), "graded": {"hi": (1.0, None, None), "largest": 0.1}},
+            "graded: 1e+06 m beyond the fine stretch would be more than 10000 cells, which start at 100 mm and grow by 1.2",
+        ),
+        ({"size": (1.0, 1.04, 1), "layers": (10, 10, 10), "pilot": {"radius": 0.01, "reach": 0.5}},
+         "solid 'body': pilot: the first cells of the brick must be squares across z; they are 100 mm along x and 104 mm along y"),
+    ],
+)  # fmt: skip
+def test_bricks_that_cannot_be_made_are_refused(shape, said):
+    with pytest.raises(SceneError) as error:
+        plan(checked(Scene, lambda: solid_scene(Brick(**{"size": (1, 1, 1), **shape}))))
+    assert said in str(error.value)
+
+
 @pytest.mark.parametrize(
     ("shape", "said"),
     [
