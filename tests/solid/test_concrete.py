@@ -251,6 +251,15 @@ def test_gradings_that_are_none_are_refused(shape, said):
     assert said in str(error.value)
 
 
+@pytest.mark.parametrize("flattest", [None, 0.15])
+def test_the_plan_says_that_the_step_falls(flattest):
+    """It knows cells at rest alone; the slab takes ten times as many steps."""
+    law = {"damage": Concrete(**LAW, flattest=flattest)}
+    note = plan(checked(Scene, lambda: solid_scene(Brick(size=(1, 1, 1)), {**CONCRETE, **law}, solid={"viscous": True}))).bodies[0].note
+    said = "; a cell may be pressed to 0.15 of its length: the step may fall to that share of the estimate, lower still by bulk viscosity"
+    assert note == "1000 cells" + (said if flattest else "")
+
+
 @pytest.mark.parametrize("key", ["flattest", "loosest"])
 def test_limits_of_rupture_want_rupture(key):
     law = {"damage": Concrete(**LAW, **{key: 0.3 if key == "flattest" else 1.5}), "critical_damage": None}
