@@ -68,7 +68,10 @@ def bullet(velocity: float, name: str = "bullet", y: float = 0.0) -> Rigid:
 
 def metal_bullet(metal: str, velocity: float, across: int) -> tuple[Solid, InitialVelocity]:
     """The bullet as a solid of as much mass: half a ball and a shank behind it, `across` cells over its radius. The thesis does not say of
-    what the bullet was, but that it was much deformed (its fig. 3.11): "mild" is AISI 1018 (T table 2.11), "hard" APX (T table 5.4)."""
+    what the bullet was, but that it was much deformed (its fig. 3.11): "mild" is AISI 1018 (T table 2.11), "hard" APX (T table 5.4).
+    ValueError where it does not fly at the tank."""
+    if not velocity > 0.0:
+        raise ValueError(f"velocity = {velocity:g} m/s: a bullet of metal ({metal}) needs more than 0")
     said = material({"mild": "AISI 1018", "hard": "APX"}[metal])
     steel = said.model_copy(update={"damage": None, "delay": None, "critical_damage": None})
     nose = Ogive(radius=BULLET, length=0.0, crh=0.5, blunt=BLUNT)

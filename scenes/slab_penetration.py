@@ -5,7 +5,7 @@ The slab is 300 x 170 x 150 mm, struck in the middle at right angles, free all r
 
 Concrete: 19.3 MPa in tension, 115 in compression, delay 8 us (P); A = 1, B = 0.62 / eps_D, D_c = 0.99 and the strain of de Vree are ours,
 for P does not give them. The ogive is rigid, of calibre 12.6 mm, CRH 2.5: a nose of 18.9 mm and the shank that 15 g of steel leave. It
-slides without friction, for none is given; `friction` is another one.
+slides without friction, for none is given; `friction` is another one. `compression` is another strength, and that in tension goes with it.
 
 A cell whose damage is complete and that has opened by half ruptures; one under pressure stays, as rubble that rubs. Cells right before the
 point would be pressed flat, where concrete flows aside: a hole of 0.6 mm along the line of flight lets them part (`pilot`, half of that).
@@ -71,7 +71,14 @@ def scene(
     spacing: Length | None = None,
     duration: Time = 150e-6,
 ) -> Scene:
-    d = spacing or CALIBRE / ACROSS[quality]
+    for name, value, unit in (("velocity", velocity, "m/s"), ("compression", compression, "Pa"), ("tau_c", tau_c, "s")):
+        if not value > 0.0:
+            raise ValueError(f"{name} = {value:g} {unit}: give more than 0")
+    if not 0.0 <= pilot:
+        raise ValueError(f"pilot = {pilot:g} m: give half the width of the hole, or 0 for none")
+    d = CALIBRE / ACROSS[quality] if spacing is None else spacing
+    if not d > 0.0:
+        raise ValueError(f"spacing = {d:g} m: give more than 0, or leave it out for {1e3 * CALIBRE / ACROSS[quality]:.3g} mm")
     nose = Bullet(radius=0.5 * CALIBRE, length=SHANK, crh=CRH).nose
     tension = TENSION * compression / COMPRESSION
     concrete = Material(

@@ -6,6 +6,12 @@ NOWHERE = 1e6  # m, along each axis: where a search does not come by what is not
 
 
 @ti.func
+def hidden(x):
+    """Whether a place is that of a node which is not met: it looks for nothing. Numbers of cubes do not tell, they overflow up there."""
+    return x[0] <= -NOWHERE
+
+
+@ti.func
 def lay_face(port: ti.template(), f, whole):
     """Where face f of the port is, by the discs at its corners, and how far it reaches from there: nowhere unless it is whole."""
     corners = port.face_disc[f]

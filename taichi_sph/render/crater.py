@@ -5,16 +5,17 @@ from __future__ import annotations
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import LineCollection, PatchCollection, PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
+from matplotlib.patches import Circle, Patch, Polygon
 from scipy.spatial import ConvexHull
 
 from ..frame import BodyFrame
 from ..output.folder import RunFolder
-from ..output.measures.fragments import flight
-from ..output.measures.penetration import penetration_depth
+from ..output.measures.entry import way
+from ..output.measures.fragments import SOLID, fliers
+from ..output.measures.perforation import PREFIX
 from . import plots
 from .panel import DAMAGE, METAL
 
@@ -23,13 +24,17 @@ NAMES = "xyz"
 
 
 def section(run: RunFolder) -> Figure | None:
-    """None where no striker flies at a solid that ruptures."""
-    path = flight(run)
-    solids = [solid.name for solid in run.scene.solids if solid.material.critical_damage is not None]
-    if path is None or not solids or solids[0] not in run.bodies():
+    """None where no striker flies at a solid that ruptures. The striker is the fastest body that moves at the start, rigid or solid."""
+    found = next(iter(fliers(run)), None)
+    if found is None:
         return None
-    at, direction, _ = path
-    file = run.frames(solids[0])
+    striker, (at, direction, _) = found
+    gone = _way(run, striker)
+    ruptures = {solid.name for solid in run.scene.solids if solid.material.critical_damage is not None}
+    solids = [file for file in run.of_kind("solid") if file.name in ruptures and file.name != striker]
+    if gone is None or not solids:
+        return None
+    file = min(solids, key=lambda solid: float(np.linalg.norm(solid.body(0).points - at, axis=1).min()))  # it comes to that one first
     body, time = file.body(-1), float(file.times[-1])
     along = int(np.argmax(np.abs(direction)))
     across, aside = (k for k in range(3) if k != along)
@@ -41,7 +46,7 @@ def section(run: RunFolder) -> Figure | None:
     mirrored = abs(float(body.reference[:, across].min()) - at[across]) < 1e-6 * float(np.ptp(body.reference[:, across]))
     places = np.column_stack([body.points[:, across] - at[across], sign * body.points[:, along] - surface])
     scale, unit = plots.time_scale(time)
-    wide = AROUND * max(penetration_depth(run, run.scene), 1e-6)
+    wide = AROUND * max(float(gone.max()), 1e-6)
     with plt.rc_context(plots.STYLE):
         figure, axes = plt.subplots(figsize=(8.6, 6.2), layout="constrained")
         for side in (1.0, -1.0) if mirrored else (1.0,):
@@ -52,10 +57,15 @@ def section(run: RunFolder) -> Figure | None:
             )
             loose = np.flatnonzero(body.point_data["fragment"].astype(bool) & (np.abs(body.reference[:, aside] - at[aside]) < 1e-9))
             axes.plot(side * 1e3 * places[loose, 0], 1e3 * places[loose, 1], ".", color="#5a3a20", ms=2.5)
-        for name in [rigid.name for rigid in run.scene.rigids if any(rigid.velocity)]:
+        for name in dict.fromkeys([striker, *(rigid.name for rigid in run.scene.rigids if any(rigid.velocity))]):
             points = run.frames(name).body(-1).points
             seen = 1e3 * np.column_stack([points[:, across] - at[across], sign * points[:, along] - surface])
-            axes.add_patch(Polygon(seen[ConvexHull(seen).vertices], closed=True, facecolor=METAL, edgecolor="#2b333a", lw=0.8))
+            balls = next((rigid.pinballs for rigid in run.scene.rigids if rigid.name == name and rigid.pinballs), None)
+            if balls is None:
+                outline: list[Patch] = [Polygon(seen[ConvexHull(seen).vertices], closed=True)]
+            else:
+                outline = [Circle(middle, 1e3 * ball.radius) for middle, ball in zip(seen, balls, strict=False)]
+            axes.add_collection(PatchCollection(outline, facecolor=METAL, edgecolor="#2b333a", lw=0.8))
         _targets(axes, run, 1e3 * wide)
         axes.set_aspect("equal")
         axes.set_xlim(-1e3 * wide, 1e3 * wide)
@@ -65,6 +75,12 @@ def section(run: RunFolder) -> Figure | None:
         axes.set_title(f"{run.scene.title}: section at {time * scale:.3g} {unit}")
         figure.colorbar(ScalarMappable(Normalize(0, 1), DAMAGE), ax=axes, label="damage D [-]", shrink=0.7)
     return figure
+
+
+def _way(run: RunFolder, striker: str) -> np.ndarray | None:
+    """(n,) how far a striker has gone [m], by its own history; None without one."""
+    name = next((name for name in (PREFIX + striker, SOLID + striker) if name in run.histories()), None)
+    return None if name is None else way(run.history(name))
 
 
 def _plane(body: BodyFrame, aside: int, at: float) -> np.ndarray:

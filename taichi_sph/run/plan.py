@@ -31,7 +31,7 @@ from ..geometry.solids import mesh_of as solid_mesh_of
 from ..geometry.surfaces import mesh_of
 from ..output import files
 from ..output.checkpoint import KEPT
-from ..scene import Body, Numerics, Scene, Shell, Solid
+from ..scene import Body, Concrete, Numerics, Scene, Shell, Solid
 from ..scene.instead import LARGEST
 from ..scene.plausible import MAX_STEPS
 from ..scene.regions import Region
@@ -366,8 +366,17 @@ def _solid(solid: Solid, mesh: SolidMesh, scene: Scene) -> BodyPlan:
     """Its cells, and the step of pressure waves through the smallest of them."""
     finest = float(np.cbrt(mesh.volumes * np.where(mesh.corners == 8, 1.0, 6.0)).min())
     mass = float(mesh.volumes.sum()) * solid.material.density
-    note = "; ".join((f"{len(mesh.cells)} cells", *mesh.notes))
+    note = "; ".join((f"{len(mesh.cells)} cells", *mesh.notes, *_pressed(solid)))
     return _of_cells(solid, scene, (len(mesh.points), len(mesh.cells)), mass, finest, note)
+
+
+def _pressed(solid: Solid) -> list[str]:
+    """A sentence on concrete whose cells may be pressed flat, which lowers the step under the one that is estimated."""
+    damage = solid.material.damage
+    if not isinstance(damage, Concrete) or damage.flattest is None:
+        return []
+    viscous = ", lower still by bulk viscosity" if solid.viscous else ""
+    return [f"a cell may be pressed to {damage.flattest:g} of its length: the step may fall to that share of the estimate{viscous}"]
 
 
 def _counted_solid(solid: Solid, scene: Scene) -> BodyPlan:

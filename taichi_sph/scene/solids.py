@@ -25,7 +25,8 @@ def _plain(value: Any) -> Any:
 
 class Grading(Frozen):
     """Cells of a brick that grow: as the spacing has it from `lo` to `hi` [m], in the scene's coordinates (None: to the end), and beyond by
-    the factor `growth` from one to the next, up to `largest`."""
+    the factor `growth` from one to the next at most, up to `largest`, which is at least the spacing. Less room than half a cell is left to
+    the fine ones."""
 
     lo: tuple[Length | None, Length | None, Length | None] = (None, None, None)
     hi: tuple[Length | None, Length | None, Length | None] = (None, None, None)
@@ -34,9 +35,10 @@ class Grading(Frozen):
 
 
 class Pilot(Frozen):
-    """A narrow square hole along z, of half the width `radius`, on the edge of a brick where x and y are least: the line of flight in a
-    quarter between planes of symmetry. The cells on the edge are left out, and those within `reach` of it drawn towards the hole. A sharp
-    striker then parts the cells before it; without, it presses them flat."""
+    """A narrow square hole along z, on the edge of a brick where x and y are least: the line of flight in a quarter between planes of
+    symmetry. `radius`: half the width of the square [m]; the quarter has a square of that side. The cells on the edge, squares across z,
+    are left out, and those within `reach` [m] of it drawn towards the hole. A sharp striker then parts the cells before it; without, it
+    presses them flat."""
 
     radius: Size
     reach: Size

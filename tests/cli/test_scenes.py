@@ -54,3 +54,21 @@ def test_a_new_scene_can_be_run(tmp_path, monkeypatch, capsys) -> None:
     for name, said in (("my_sheet", "is there already"), ("../x", "is no name for a scene"), ("", "is no name for a scene")):
         with pytest.raises(SceneError, match=said):
             write_scene(name, Path())
+
+
+@pytest.mark.parametrize(
+    ("name", "said", "why"),
+    [
+        ("slab_penetration", {"velocity": "0"}, "velocity = 0 m/s: give more than 0"),
+        ("slab_penetration", {"velocity": "-100"}, "velocity = -100 m/s: give more than 0"),
+        ("slab_penetration", {"compression": "0"}, "compression = 0 Pa: give more than 0"),
+        ("slab_penetration", {"tau_c": "0"}, "tau_c = 0 s: give more than 0"),
+        ("slab_penetration", {"spacing": "0"}, "spacing = 0 m: give more than 0, or leave it out for 3.15 mm"),
+        ("slab_penetration", {"pilot": "-1 mm"}, "pilot = -0.001 m: give half the width of the hole, or 0 for none"),
+        ("empty_tank", {"velocity": "0", "metal": "mild"}, r"velocity = 0 m/s: a bullet of metal \(mild\) needs more than 0"),
+        ("tank_leak", {"velocity": "-5", "metal": "hard"}, r"velocity = -5 m/s: a bullet of metal \(hard\) needs more than 0"),
+    ],
+)
+def test_scenes_refuse_what_means_nothing(name, said, why) -> None:
+    with pytest.raises(SceneError, match=why):
+        load_scene(cli._find(name), said)

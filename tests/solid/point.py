@@ -64,4 +64,4 @@ class Point:
     def kept(self) -> float:
         """Energy [J] that is stored and taken."""
         cells = self.group.cells
-        return sum(self.read(name) for name in ("stored", "lost", "dissipated", "released") if hasattr(cells, name))
+        return sum(self.read(name) for name in ("stored", "lost", "dissipated", "damped", "released") if hasattr(cells, name))

@@ -99,7 +99,7 @@ class Rigid(Body):
     by their volumes. `restitution` is Newton's, between this body and another rigid one (the larger of the two
     counts, and what `meetings` say of the pair before both): 0 is plastic, 1 elastic; what is deformable bounces by itself. It has no step
     of its own: a rigid body moves with the fastest of the others. `slides`: it moves along that axis alone and does not turn, as on a rail
-    without friction; so a striker on the line where two planes of symmetry meet stays there, with the share of the mass that is computed.
+    without friction; so a striker stays on the line where two planes of symmetry meet. Its `mass` is then a quarter of the whole one.
 
     `faces`: what water presses on, in place of the pinballs. Together they close what is solid as far as the water's kernel reaches:
     w of couplings/wetted is a closed integral.

@@ -74,6 +74,7 @@ def strain(cells: ti.template(), nodes: ti.template(), material: ti.template(), 
             volume = cells.volume[s]
             if ti.static(not material.burns):
                 P = F @ symmetric.matrix(S)
+            flat = stiffer
             if ti.static(material.damps):
                 q, zeta = _viscosity(cells, material, s, b, F, dt)
                 P -= q * cofactor(F)
@@ -89,7 +90,7 @@ def strain(cells: ti.template(), nodes: ti.template(), material: ti.template(), 
             Q = volume * P - pull * M
             kept = pull * 0.0 + 1.0
             if ti.static(material.breaks):
-                if dt > 0.0 and _breaks(cells, material, s, b, F, stiffer):
+                if dt > 0.0 and _breaks(cells, material, s, b, F, flat):
                     kept *= 0.0
             way = pull * 0.0
             for e in range(first, last):
@@ -136,14 +137,14 @@ def _viscosity(cells: ti.template(), material: ti.template(), s, b, F: ti.templa
 
 
 @ti.func
-def _breaks(cells: ti.template(), material: ti.template(), s, b, F: ti.template(), stiffer):
+def _breaks(cells: ti.template(), material: ti.template(), s, b, F: ti.template(), flat):
     """Whether the damage of a cell has reached that of rupture: concrete only where its mean stress is tensile, else it stays as rubble,
-    unless it is flatter than a cell may be."""
+    unless it is flatter than a cell may be. `flat`: `stiffer` of the law alone, without the viscosity."""
     result = cells.delayed[s] >= material.critical[b]
     if ti.static(material.brittle):
         result = result and F.determinant() > material.loosest[b]
         if ti.static(material.flattens):
-            result = result or stiffer * material.flattest[b] * material.flattest[b] > 1.0 or F.determinant() <= 0.0
+            result = result or flat * material.flattest[b] * material.flattest[b] > 1.0 or F.determinant() <= 0.0
     return result
 
 

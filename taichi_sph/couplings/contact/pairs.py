@@ -36,6 +36,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ... import runtime
+from ...bodies.faces import hidden
 from ...errors import RunStopped
 from ...numerics.cells import CUBES, CellGrid, alone, beside, cube, running
 from ...pool import Pool
@@ -414,6 +415,17 @@ def _near_discs(
             pairs.start[j + 1] = found
 
 
+@ti.func
+def _looks(pairs: ti.template(), d):
+    """1: thin ball d looks for faces. Those of nodes that are met do, and those of the tips of walls."""
+    port = pairs.port
+    result = ti.select(hidden(port.ball_x[port.n_many + d]), 0, 1)
+    if ti.static(port.walled):
+        if d >= port.n_discs:
+            result = port.tip[d - port.n_discs]
+    return result
+
+
 @ti.kernel
 def _near_faces(
     pairs: ti.template(), n: ti.i32, reach: ti.f64, write: ti.i32, base: ti.i32, bodies: ti.i32, inverse: ti.f64, table: ti.i32
@@ -423,11 +435,7 @@ def _near_faces(
     for d in range(n):
         found, mine = 0, port.n_many + d
         c, one, ball = port.ball_x[mine], port.ball_body[mine], port.ball_radius[mine][0]
-        looks = 1
-        if ti.static(port.walled):
-            if d >= port.n_discs:
-                looks = port.tip[d - port.n_discs]
-        if looks == 1 and (write == 0 or pairs.start[d + 1] > pairs.start[d]):
+        if _looks(pairs, d) == 1 and (write == 0 or pairs.start[d + 1] > pairs.start[d]):
             for k in range(CUBES):
                 there, first, last = beside(pairs.face_grid, c, k, inverse, table)
                 for m in range(first, last):
@@ -462,7 +470,7 @@ def _near_walls(
     for d in range(n):
         found = 0
         c, one, ball = port.disc_x[d], port.disc_body[d], port.disc_half[d]
-        if port.faced[one] == 1 and (write == 0 or pairs.start[d + 1] > pairs.start[d]):
+        if port.faced[one] == 1 and not hidden(c) and (write == 0 or pairs.start[d + 1] > pairs.start[d]):
             for k in range(CUBES):
                 there, first, last = beside(pairs.wall_grid, c, k, inverse, table)
                 for m in range(first, last):

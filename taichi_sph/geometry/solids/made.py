@@ -21,6 +21,8 @@ from ..meshfiles.raw import refused
 from .mesh import SolidMesh
 
 FLAT = 1e-2  # of the mean: a Jacobian determinant at a corner that is not above is that of a folded or flat cell
+LEAST = 0.5  # of a fine cell: less room than this beyond the fine stretch of a brick gets no cell of its own
+MAX_LAYERS = 10_000  # along one axis beyond the fine stretch of a brick
 _MADE: WeakValueDictionary[Hashable, SolidMesh] = WeakValueDictionary()
 
 
@@ -55,7 +57,7 @@ def _mesh_of(solid: Any, spacing: float) -> SolidMesh:
             f"numerics.spacing {show(spacing, 'm')} gives solid '{solid.name}' {nodes:.2g} nodes; at most {MAX_NODES / 1e6:g} million "
             "are allowed"
         )
-    return brick(shape, spacing) if isinstance(shape, Brick) else turned(shape, spacing)
+    return brick(shape, spacing, solid.name) if isinstance(shape, Brick) else turned(shape, spacing)
 
 
 def checked(name: str, points: np.ndarray, cells: np.ndarray, spacing: float | None = None) -> SolidMesh:
@@ -114,8 +116,8 @@ def _layers(shape: Brick, spacing: float) -> tuple[int, int, int]:
     return x, y, z
 
 
-def brick(shape: Brick, spacing: float) -> SolidMesh:
-    """Nodes in the order of z, then y, then x."""
+def brick(shape: Brick, spacing: float, name: str = "brick") -> SolidMesh:
+    """Nodes in the order of z, then y, then x. `name`: of the solid, for errors."""
     if shape.graded is not None:
         axes = _graded(shape, spacing)
         n = (len(axes[0]) - 1, len(axes[1]) - 1, len(axes[2]) - 1)
@@ -124,20 +126,27 @@ def brick(shape: Brick, spacing: float) -> SolidMesh:
         axes = [np.linspace(0.0, side, k + 1) + start for side, k, start in zip(shape.size, n, shape.origin)]
     z, y, x = np.meshgrid(axes[2], axes[1], axes[0], indexing="ij")
     points, cells = np.column_stack([x.ravel(), y.ravel(), z.ravel()]), _lattice(*n)
-    return SolidMesh(points, cells) if shape.pilot is None else _bored(shape, points, cells)
+    return SolidMesh(points, cells) if shape.pilot is None else _bored(shape, points, cells, name)
 
 
-def _bored(shape: Brick, points: np.ndarray, cells: np.ndarray) -> SolidMesh:
-    """With its pilot hole: squares about the edge become smaller, the first one as wide as the hole."""
+def _bored(shape: Brick, points: np.ndarray, cells: np.ndarray, name: str) -> SolidMesh:
+    """With its pilot hole: squares about the edge become smaller, the first one as wide as the hole. SceneError naming
+    the solid where the first cells are no squares, for the hole would be none either."""
     pilot, corner = shape.pilot, np.asarray(shape.origin[:2])
     assert pilot is not None
     across = points[:, :2] - corner
     wide = across.max(axis=1)
+    along_x, along_y = (float(column[column > 1e-9 * column.max()].min()) for column in across.T)
+    if abs(along_x - along_y) > 1e-6 * along_x:
+        raise SceneError(
+            f"solid '{name}': pilot: the first cells of the brick must be squares across z; they are {show(along_x, 'm')} along x and "
+            f"{show(along_y, 'm')} along y"
+        )
     first = np.unique(np.round(wide, 12))[1]
     if not pilot.radius < first < pilot.reach:
         raise SceneError(
-            f"pilot: its radius {show(pilot.radius, 'm')} must be below the first cell of the brick, {show(first, 'm')}, and its reach "
-            f"{show(pilot.reach, 'm')} above it"
+            f"solid '{name}': pilot: its radius {show(pilot.radius, 'm')} must be below the first cell of the brick, "
+            f"{show(first, 'm')}, and its reach {show(pilot.reach, 'm')} above it"
         )
     drawn = (wide > 0.5 * first) & (wide < pilot.reach)
     now = pilot.radius + (wide - first) * ((pilot.reach - pilot.radius) / (pilot.reach - first))
@@ -152,21 +161,33 @@ def _graded(shape: Brick, spacing: float) -> list[np.ndarray]:
     """Coordinates of the layers of nodes along each axis [m]."""
     graded, found = shape.graded, []
     assert graded is not None
-    largest = math.inf if graded.largest is None else max(graded.largest, spacing)
+    largest = math.inf if graded.largest is None else graded.largest
+    if largest < spacing * (1 - 1e-9):
+        raise SceneError(f"graded: largest {show(largest, 'm')} must be at least the spacing, {show(spacing, 'm')}, from which cells grow")
     for start, side, lo, hi in zip(shape.origin, shape.size, graded.lo, graded.hi):
         a, b = start if lo is None else max(lo, start), start + side if hi is None else min(hi, start + side)
         fine = min(max(1, round((b - a) / spacing)), MAX_NODES)
+        least = LEAST * (b - a) / fine
+        if 0.0 < a - start < least or 0.0 < start + side - b < least:  # no room for a cell: the fine stretch takes it
+            a, b = start if a - start < least else a, start + side if start + side - b < least else b
+            fine = min(max(1, round((b - a) / spacing)), MAX_NODES)
         below, above = (_growing(room, (b - a) / fine, graded.growth, largest) for room in (a - start, start + side - b))
         found.append(np.concatenate([a - below[:0:-1], np.linspace(a, b, fine + 1), b + above[1:]]))
     return found
 
 
 def _growing(room: float, first: float, growth: float, largest: float) -> np.ndarray:
-    """Coordinates from 0 to `room` [m] of cells that grow from `first`; all a little shorter than that, so that they end there."""
+    """Coordinates from 0 to `room` [m] of cells that grow from `first`; all a little shorter than that, so that they end there, and none
+    shorter than half of `first`. SceneError where they are too many."""
     if room <= 1e-9 * first:
         return np.zeros(1)
     ends, cell = [0.0], min(first * growth, largest)
-    while ends[-1] < room * (1 - 1e-9) and len(ends) < 10_000:
+    while ends[-1] < room * (1 - 1e-9):
+        if len(ends) > MAX_LAYERS:
+            raise SceneError(
+                f"graded: {show(room, 'm')} beyond the fine stretch would be more than {MAX_LAYERS} cells, which start at "
+                f"{show(first, 'm')} and grow by {growth:g}: give a larger spacing, growth or largest"
+            )
         ends.append(ends[-1] + cell)
         cell = min(cell * growth, largest)
     return np.array(ends) * (room / ends[-1])

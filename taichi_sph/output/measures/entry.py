@@ -15,10 +15,11 @@ from .perforation import PREFIX, of, speeds
 FEWEST = 5  # samples of a fit
 
 
-def way(history: History) -> np.ndarray:
-    """(n,) how far a rigid body has gone along its first direction [m]."""
+def way(history: History) -> np.ndarray | None:
+    """(n,) how far a body has gone along its first direction [m]; None of one that rests at first, which has no direction."""
     x, v = (np.stack([history[name] for name in names], axis=-1) for names in (("x", "y", "z"), ("vx", "vy", "vz")))
-    return (x - x[0]) @ (v[0] / np.linalg.norm(v[0]))
+    speed = np.linalg.norm(v[0]) if len(v) else 0.0
+    return (x - x[0]) @ (v[0] / speed) if speed > 0 else None
 
 
 def drag_coefficient(
@@ -32,12 +33,14 @@ def drag_coefficient(
     end: float = math.inf,
 ) -> float | None:
     """C_d of a rigid body over a stretch of its way [m]: -2 m / (rho pi r^2) d ln v / ds by a fit of ln v, which is straight where C_d is
-    constant; radius [m] of its frontal area; None with fewer than five samples there."""
+    constant; radius [m] of its frontal area; None with fewer than five samples there, or of a body that rests at first."""
     history = of(run, striker)
     name = history.path.stem.removeprefix(PREFIX)
     mass = next(rigid.mass for rigid in scene.rigids if rigid.name == name)
     density = said_of(run, scene, fluid).water.density
     s, v = way(history), speeds(history)
+    if s is None:
+        return None
     inside = (s >= start) & (s <= end) & (v > 0.0)
     if inside.sum() < FEWEST:
         return None
@@ -49,9 +52,10 @@ def cavity_radius(
 ) -> float | None:
     """Radius [m] at the end of the cavity that a striker has left `depth` [m] along its way, about the line of its flight: mean distance of
     the innermost particles within `within` [m] of that depth, a quarter of those that the wall of the cavity has there, less half a
-    diameter. None where the striker has not come so far."""
+    diameter. None where the striker has not come so far, or rests at first."""
     history = of(run, striker)
-    if way(history)[-1] <= depth:
+    gone = way(history)
+    if gone is None or gone[-1] <= depth:
         return None
     x = np.array([history[axis][0] for axis in "xyz"])
     v = np.array([history[f"v{axis}"][0] for axis in "xyz"])

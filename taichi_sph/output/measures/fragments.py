@@ -212,16 +212,21 @@ def thrown_solids(run: RunFolder) -> list[str]:
 Flight = tuple[np.ndarray, np.ndarray, float]
 
 
-def flights(run: RunFolder) -> list[Flight]:
-    """Place (3,) [m], direction (3,) and speed [m/s] at the start of the rigid bodies and solids that move, the fastest first."""
+def fliers(run: RunFolder) -> list[tuple[str, Flight]]:
+    """The rigid bodies and solids that move at the start, by name, the fastest first."""
     found = []
     for file in run.of_kind("rigid") + [run.the("solid", name) for name in thrown_solids(run)]:
         start = file.body(0)
         velocity = start.point_data["velocity"].mean(axis=0)
         speed = float(np.linalg.norm(velocity))
         if speed > 0:
-            found.append((start.points.mean(axis=0), velocity / speed, speed))
-    return sorted(found, key=lambda path: -path[2])
+            found.append((file.name, (start.points.mean(axis=0), velocity / speed, speed)))
+    return sorted(found, key=lambda flier: -flier[1][2])
+
+
+def flights(run: RunFolder) -> list[Flight]:
+    """Place (3,) [m], direction (3,) and speed [m/s] at the start of the rigid bodies and solids that move, the fastest first."""
+    return [flight for _, flight in fliers(run)]
 
 
 def flight(run: RunFolder) -> Flight | None:

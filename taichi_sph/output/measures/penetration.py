@@ -14,9 +14,11 @@ from .perforation import of
 SECTORS = 24  # directions over which the radius of a crater is a mean
 
 
-def penetration_depth(run: RunFolder, scene: Scene, *, striker: str | None = None, start: float = 0.0) -> float:
-    """How far [m] a rigid body has gone along its first direction at most, less the way `start` [m] to the first touch."""
-    return float(way(of(run, striker)).max()) - start
+def penetration_depth(run: RunFolder, scene: Scene, *, striker: str | None = None, start: float = 0.0) -> float | None:
+    """How far [m] a rigid body has gone along its first direction at most. `start` [m]: the gap before it at t = 0, which is taken off.
+    None of one that rests at first."""
+    gone = way(of(run, striker))
+    return None if gone is None else float(gone.max()) - start
 
 
 def struck_faces(body: BodyFrame, direction: np.ndarray) -> np.ndarray:
