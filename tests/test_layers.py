@@ -36,7 +36,7 @@ SAID = {
     "scene.base",
     "scene.kinds",
     "scene.units",
-    "scene.materials",
+    "scene.laws",
     "scene.surfaces",
     "scene.solids",
     "scene.regions",

@@ -64,3 +64,12 @@ def test_every_dependency_is_locked():
 def test_the_readme_and_the_automatic_run_use_the_same_line():
     command = (ROOT / ".ci" / "run").read_text().rstrip().splitlines()[-1]
     assert command in (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_no_name_of_the_scene_is_that_of_a_module():
+    """A module that is loaded takes the place of a name of its package: `materials` was a function until some other name was asked for."""
+    import pkgutil
+
+    import taichi_sph.scene
+
+    assert not set(taichi_sph.scene.__all__) & {module.name for module in pkgutil.iter_modules(taichi_sph.scene.__path__)}

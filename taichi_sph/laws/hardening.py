@@ -15,7 +15,7 @@ from ..runtime import ti
 
 
 def at(strength: Any, strain: float) -> tuple[float, float]:
-    """(sigma_y, slope) [Pa] of a strength of scene.materials, outside kernels."""
+    """(sigma_y, slope) [Pa] of a strength of scene.laws, outside kernels."""
     if strength.kind == "perfect":
         return strength.yield_stress, 0.0
     if strength.kind == "table":

@@ -102,7 +102,12 @@ def check_overlaps(
         skin_of = _skin(mesh)
         for fluid in scene.fluids:
             if scene.met(name, fluid.name).meet:
-                _tell(scene, fluid.name, name, _in_solid(wet(fluid.name, True), skin_of), (0.5 + ROUNDING) * skin)
+                depth = _in_solid(wet(fluid.name, True), skin_of)
+                if depth > (0.5 + ROUNDING) * skin:
+                    raise SceneError(
+                        f"fluid '{fluid.name}' starts {1e3 * depth:.3g} mm inside solid '{name}': move one of them away; a filling that"
+                        " leaves room for a body is not possible yet, boxes of water around it are"
+                    )
 
     boxes = {name: _box(ball.centres, ball.radii.max()) for name, ball in balls.items()}
     boxes |= {name: _box(at.centres, at.radii.max() + at.half.max()) for name, at in shells.items()}

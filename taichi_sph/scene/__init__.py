@@ -19,7 +19,7 @@ _WHERE = {
     "loads": (
         "InitialVelocity", "NodalForce", "NodalMoment", "PrescribedVelocity", "Pulse", "Radial", "Rotation", "SurfacePressure"
     ),
-    "materials": ("Concrete", "Delay", "Heat", "JohnsonCook", "Jwl", "LemaitreChaboche", "Material", "Mazars", "Perfect", "Power", "Table"),
+    "laws": ("Concrete", "Delay", "Heat", "JohnsonCook", "Jwl", "LemaitreChaboche", "Material", "Mazars", "Perfect", "Power", "Table"),
     "numerics": ("Numerics",),
     "regions": ("Ball", "Box", "Group", "Outside"),
     "schema": ("Scene",),

@@ -11,7 +11,7 @@ from functools import cache
 from typing import Any
 
 from ..errors import SceneError, nearest
-from .materials import Delay, JohnsonCook, LemaitreChaboche, Material, Mazars, Perfect
+from .laws import Delay, JohnsonCook, LemaitreChaboche, Material, Mazars, Perfect
 
 STEEL: dict[str, Any] = {"young": 210e9, "poisson": 0.3, "density": 7800.0}
 

@@ -14,7 +14,7 @@ from .surfaces import Shaped
 from .units import show
 
 if TYPE_CHECKING:
-    from .materials import Material
+    from .laws import Material
     from .schema import Scene
 
 MAX_NODES = 50_000_000

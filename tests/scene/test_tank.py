@@ -28,6 +28,7 @@ def test_options_go_together(metal, halved, coupled, level):
         ({"halved": 3}, "halved = 3: the water along the path is halved 0, 1 or 2 times"),
         ({"halved": 1, "level": 0.4}, "the bullet flies at half the height, above a level of 0.4"),
         ({"drag": 0.35, "metal": "mild"}, "the law is of a rigid bullet"),
+        ({"velocity": -730.0}, "the bullet would fly away from the tank"),
         ({"grows": True}, "set coupled = True as well"),
     ],
 )
@@ -41,5 +42,5 @@ def test_a_speed_of_what_is_not_there_is_refused():
     rigid = load_scene(SCENES / "tank_leak.py", {})
     with pytest.raises(SceneError, match="quantity 'striker_speed' is of a rigid body, and the scene has none; leave it out"):
         check_quantities(scene.model_copy(update={"quantities": rigid.quantities}))
-    with pytest.raises(SceneError, match="quantity 'body_speed': its body 'bullet' is not in the scene"):
+    with pytest.raises(SceneError, match="quantity 'body_speed' is of a solid that starts with a velocity, and the scene has none"):
         check_quantities(rigid.model_copy(update={"quantities": scene.quantities}))

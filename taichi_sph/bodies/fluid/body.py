@@ -235,11 +235,15 @@ class FluidBody(Pool):
 
         A body of mass m per area between two layers of water swings with omega = c/D sqrt(STIFF (1 + 2 rho D / m)); the one pass of
         fluid_pairs is stable up to omega dt = 0.70 (docs/method.md, 11)."""
-        pace = float(self.constants[:, columns.OWN].min()) * self.p.finest / self.p.spacing / (self.sound + self.fastest())
-        longest = LIMIT * self.support * pace
-        if self.surroundings is not None:
-            swings = STIFF * (1.0 + 2.0 * float(self.constants[:, columns.DENSITY].max()) * self.p.spacing / self.surroundings.lightest)
-            longest = min(longest / ALONG, SWING * pace / math.sqrt(swings))
+        fastest, longest = self.sound + self.fastest(), math.inf
+        for part in np.unique(self.p.parts).tolist():
+            pace = float(self.constants[:, columns.OWN].min()) / part / fastest
+            own = LIMIT * self.support * pace
+            if self.surroundings is not None:
+                mass = float(self.constants[:, columns.DENSITY].max()) * self.p.spacing / part
+                swings = STIFF * (1.0 + 2.0 * mass / self.surroundings.lightest)
+                own = min(own / ALONG, SWING * pace / math.sqrt(swings))
+            longest = min(longest, own)
         return longest
 
     def fastest(self) -> float:

@@ -11,7 +11,7 @@ from ...geometry.mesh import SurfaceMesh
 from ...laws.necking import rupture_strain
 from ...pool import Pool
 from ...runtime import ti
-from ...scene.materials import Material
+from ...scene.laws import Material
 from ..nodal.nodes import Nodes
 from .sections import Sheet
 

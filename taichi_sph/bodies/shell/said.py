@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, StrictBool, StrictInt, model_validator
 
 from ...scene.base import Body, Choice, Frozen, Point
-from ...scene.materials import Material
+from ...scene.laws import Material
 from ...scene.regions import Region
 from ...scene.surfaces import Disc, Given, Plate, Surface
 from ...scene.units import Dimensionless, Length, show

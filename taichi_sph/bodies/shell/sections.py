@@ -11,7 +11,7 @@ import numpy as np
 from ...errors import SceneError
 from ...geometry.mesh import SurfaceMesh
 from ...geometry.regions import cells_in
-from ...scene.materials import Material
+from ...scene.laws import Material
 from ...scene.surfaces import Given
 from ...scene.units import show
 from .said import Shell

@@ -8,7 +8,7 @@ import numpy as np
 from ... import runtime
 from ...geometry.solids import SolidMesh
 from ...pool import Pool
-from ...scene.materials import Material
+from ...scene.laws import Material
 from ..nodal.nodes import Nodes
 from ..shell.pool import CONSTANTS, MaterialPool
 from ..shell.sections import Sheet

@@ -8,7 +8,7 @@ from pydantic import Field, StrictBool, model_validator
 
 from ...scene.base import Body, Choice, Direction, Frozen, Point
 from ...scene.kinds import Kind
-from ...scene.materials import Material
+from ...scene.laws import Material
 from ...scene.solids import Made, Shape
 from ...scene.units import Dimensionless, Length, Time, show
 

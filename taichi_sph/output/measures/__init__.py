@@ -121,7 +121,11 @@ def _whose(scene: Scene, name: str, option: str) -> tuple[list[str], list[str]]:
     if option == "fluid":
         filled = [fluid.name for fluid in scene.fluids if getattr(fluid.fill, "shell", None) is not None]
         return (filled, filled) if function.__module__ == leak.__name__ else (fluids, fluids)
-    if function.__module__ in (solids.__name__, penetration.__name__) or function is perforation.body_speed:
+    if function is perforation.body_speed:
+        thrown = {one.body for one in scene.initial}
+        moving = [solid.name for solid in scene.solids if solid.name in thrown or (None in thrown and len(scene.bodies) == 1)]
+        return moving, moving
+    if function.__module__ in (solids.__name__, penetration.__name__):
         return (found := [solid.name for solid in scene.solids]), found
     shells = [shell.name for shell in scene.shells]
     return shells, [] if function is perforation.time_to_rupture else shells
@@ -138,11 +142,11 @@ def check_quantities(scene: Scene) -> None:
         for option in {"body", "fluid", "striker"} & set(inspect.signature(function).parameters):
             names, chosen = _whose(scene, quantity.name, option)
             given = quantity.options.get(option)
+            if not names and (option == "striker" or function is perforation.body_speed):
+                what = "rigid body" if option == "striker" else "solid that starts with a velocity"
+                raise SceneError(f"quantity '{quantity.name}' is of a {what}, and the scene has none; leave it out")
             if given is not None and given not in names:
                 raise SceneError(f"quantity '{quantity.name}': its {option} '{given}' is not in the scene{nearest(str(given), names)}")
-            if not names and (option == "striker" or function is perforation.body_speed):
-                what = "rigid body" if option == "striker" else "solid"
-                raise SceneError(f"quantity '{quantity.name}' is of a {what}, and the scene has none; leave it out")
             if given is None and len(chosen) > 1:
                 raise SceneError(f"quantity '{quantity.name}' is of one {option}: give the option '{option}', one of {', '.join(chosen)}")
         if unit and quantity.unit != unit:

@@ -15,7 +15,7 @@ import numpy as np
 from .... import runtime
 from ....errors import RunStopped
 from ....pool import Pool
-from ....scene.materials import Material
+from ....scene.laws import Material
 
 if TYPE_CHECKING:
     from ...body import Clocked
