@@ -78,7 +78,7 @@ def striker_speed(
 def body_speed(
     run: RunFolder, scene: Scene, *, body: str | None = None, time: float | None = None, axis: str = "z", beyond: float | None = None
 ) -> float | None:
-    """The same of a solid that starts with a velocity."""
+    """Speed [m/s] of the centre of mass of a solid that starts with a velocity: as striker_speed has it of a rigid body."""
     names = thrown_solids(run)
     if not names or (body is None and len(names) > 1) or (body is not None and body not in names):
         there = f"it has {', '.join(names)}" if names else "it has none"
