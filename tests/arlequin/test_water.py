@@ -93,6 +93,7 @@ def test_one_pressure_presses_once():
     assert np.abs(force).max() < 5e-3 * size
 
 
+@pytest.mark.long
 def test_parts_of_the_overlap_share_what_water_sees():
     """Points of elements and particles have one area together, and each part of it the mass that it would have alone."""
     sim = start(can(), threads=1)
@@ -168,6 +169,7 @@ def plate(patched: bool) -> Scene:
     )  # fmt: skip
 
 
+@pytest.mark.long
 def test_an_even_pressure_does_not_see_the_patch():
     """Its work in bulges of several widths about the middle of a plate is that where all of the plate is elements, and the scene's own
     pressure: as far as loads go, the plate bends alike."""
@@ -190,6 +192,7 @@ def test_an_even_pressure_does_not_see_the_patch():
     np.testing.assert_allclose(found[1], 1.0, rtol=0.02)
 
 
+@pytest.mark.long
 def test_no_particle_passes_a_sound_wall():
     """Water thrown against the wall in parts stays within, and its energy is kept."""
     sim = start(can(velocity=(20.0, 5.0, 0.0)))
@@ -205,6 +208,7 @@ def test_no_particle_passes_a_sound_wall():
     assert abs(sim.energies()["closed_residual_percent"]) < 1.0
 
 
+@pytest.mark.long
 def test_the_gauge_of_leaks_sees_both_parts_as_one_tank():
     """A plug cut out of the particles is no wall; what stands beyond elements or particles is outside; broken cells are the opening."""
     sim = start(can(), threads=1)
@@ -245,6 +249,7 @@ def grown(every: int | None = None):
     return sim
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("every", [None, pytest.param(2, marks=pytest.mark.long)])
 def test_water_does_not_feel_growth(every):
     """The patch grows while water presses: momentum of all is kept, no energy is made, and what the particles of water find of the wall
@@ -294,6 +299,7 @@ def _energy(found) -> list[float]:
     return [found.kinetic, *found.internal.values(), *found.numerical.values()]
 
 
+@pytest.mark.long
 def test_a_patch_grows_up_to_the_edges_of_a_can():
     """Elements beside the fold between wall and end cannot become particles, and the others around them do."""
     scene = can(grows=True, material=BRITTLE)

@@ -163,6 +163,7 @@ def test_momentum_and_energy_are_kept_across_a_jump(more):
     assert abs(unbalanced(b)) < 2e-3 and e["viscous"] > 1e-3 * b.injected
 
 
+@pytest.mark.long
 def test_one_and_two_threads():
     states = []
     for threads in (1, 2):
@@ -256,6 +257,7 @@ def test_points_within_coarse_cells_give_the_integral_of_a_plane(cells, above, w
     assert (met[:, 2] > 0.99 * size).all()
 
 
+@pytest.mark.long
 def test_a_can_with_finer_water_restarts_exactly():
     restarts_exactly(lambda: start(finer_can()), 12, 12)
 

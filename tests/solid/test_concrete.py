@@ -150,6 +150,7 @@ def test_an_ogive_pierces_a_block():
     assert world.frame().body("block").point_data["fragment"].sum() > 0
 
 
+@pytest.mark.long
 def test_a_quarter_is_a_quarter():
     """The ogive is slowed as by the whole block."""
     found = []
@@ -160,6 +161,7 @@ def test_a_quarter_is_a_quarter():
     assert found[0] == pytest.approx(found[1], rel=0.03) and found[0] > -380
 
 
+@pytest.mark.long
 def test_a_run_measures_and_draws_its_crater(tmp_path):
     """The depth is the way of the ogive at most; the section is drawn."""
     pytest.importorskip("matplotlib")
@@ -179,6 +181,7 @@ def test_restart_with_dead_cells():
     assert runtime.get(group.cells.broken, group.cells.n).sum() > 0
 
 
+@pytest.mark.long
 def test_threads_with_dead_cells():
     threads_change_nothing(struck, 60)
 

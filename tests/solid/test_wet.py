@@ -118,6 +118,7 @@ def test_restart_and_threads(more):
     threads_change_nothing(make, 24)
 
 
+@pytest.mark.long
 def test_faces_behind_a_broken_cell_are_wet():
     """What is left of a brick of which cells are gone is closed, and its points say its volume."""
     breaks = STEEL.model_copy(update={
