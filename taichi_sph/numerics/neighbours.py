@@ -38,7 +38,7 @@ class Sizes(NamedTuple):
 class Neighbours(Pool):
     """Cells and lists of n points. `x` (N, 3) f64 [m] is kept in cell order by the owner (see `order`).
 
-    number (N,) i32 of neighbours, the point itself included; near: those of point i from i * width on.
+    number (N,) i32 of neighbours, the point itself included; near: those of point i from `begin(i, width)` on.
     """
 
     def __init__(self, name: str, x: Any, n: int, reach: float, spacing: float, box: np.ndarray, sizes: Sizes | None = None):

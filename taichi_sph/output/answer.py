@@ -239,7 +239,7 @@ def _strikers(run: RunFolder) -> list[str]:
             f"{quantity_text(float(v[0]), 'm/s')} ({100 * lost:.3g} % of its energy {'lost' if lost >= 0 else 'more'}); "
             f"the largest force of a step is {quantity_text(float(history['f_max'].max()), 'N')}."
         )
-    for name in perforation.thrown_solids(run):
+    for name in fragments.thrown_solids(run):
         v = perforation.speeds(run.history(perforation.SOLID + name))
         if len(v) and v[0] > 0:
             was = f"after {quantity_text(float(v[0]), 'm/s')}"
@@ -372,7 +372,7 @@ def answer(run: RunFolder, summary: dict[str, Any] | None = None) -> list[str]:
     scene: Scene = run.scene
     summary = run.summary if summary is None else summary
     breakable = [s for s in scene.shells if s.material.damage is not None and s.name in run.bodies()]
-    if run.of_kind("rigid") or run.of_kind("fluid") or (breakable and perforation.thrown_solids(run)):
+    if run.of_kind("rigid") or run.of_kind("fluid") or (breakable and fragments.thrown_solids(run)):
         lines = _struck(run, breakable)
     else:
         lines = [_body(run, shell, len(scene.shells) > 1) for shell in breakable]

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..bodies.fluid.fill import Filling, fill_fluid
 from ..bodies.fluid.said import Fluid
+from ..bodies.fluid.step import stable_step
 from ..bodies.rigid import solid as rigid_bodies
 from ..bodies.shell.parts import Part, Split, meshed, parts, split_of
 from ..bodies.shell.sections import Sheet, Sheets, sheets_of
@@ -345,7 +346,10 @@ def _counted_fluid(fluid: Fluid, n: int, scene: Scene) -> BodyPlan:
 def _of_particles(
     fluid: Fluid, scene: Scene, n: int, mass: float, analytic: float | None, spacing: float, finest: float, note: str
 ) -> BodyPlan:
-    """A fluid of n particles; masses [kg], spacings [m]."""
+    """A fluid of n particles; masses [kg], spacings [m]. Its step is that at rest, beside the shells that it presses on."""
+    met = [shell for shell in scene.shells if fluid.contact is None and scene.met(fluid.name, shell.name).meet]
+    light = min((shell.material.density * shell.thickness for shell in met), default=None)
+    step = min(stable_step(d / fluid.water.sound, fluid.support, fluid.water.density * d, light) for d in {spacing, finest})
     return BodyPlan(
         name=fluid.name,
         nodes=n,
@@ -355,7 +359,7 @@ def _of_particles(
         thickness=spacing,
         spacing_min=finest,
         spacing_max=spacing,
-        dt=scene.numerics.time_step_safety * 0.6 * finest / fluid.water.sound,
+        dt=scene.numerics.time_step_safety * step,
         note=note,
         memory=FLUID_BYTES_PER_PARTICLE * n,
         every=fluid.every or 1,

@@ -35,7 +35,7 @@ from taichi_sph.world import growth
 from taichi_sph.world.growth import widened
 
 from ..exact import restarts_exactly, same_state, threads_change_nothing
-from ..fluid.test_wetted import rates, wetted
+from ..fluid.test_wetted import powers, rates, shake, wetted
 from .scenes import STEEL, of_nodes, start
 
 ROOT = Path(__file__).parents[2]
@@ -111,29 +111,17 @@ def test_parts_of_the_overlap_share_what_water_sees():
 def test_pressure_does_the_work_that_the_density_stores():
     """As in tests/fluid/test_wetted.py, on points of both parts, wherever they are."""
     sim = start(can(), threads=1)
-    f, p = sim.fluid, sim.fluid.p
-    rng = np.random.default_rng(3)
-    runtime.put(p.x, runtime.get(p.x, p.n) + 0.1 * D * rng.uniform(-1, 1, (p.n, 3)))
-    runtime.put(p.v, rng.normal(size=(p.n, 3)))
-    runtime.put(p.s, rng.uniform(1e-4, 1e-3, p.n))
+    rng = np.random.default_rng(5)
     for group in shells(sim):
-        n = group.nodes.n
-        runtime.put(group.nodes.u, 0.02 * D * rng.uniform(-1, 1, (n, 3)))
-        runtime.put(group.nodes.v, rng.normal(size=(n, 3)))
-        runtime.put(group.nodes.force, np.zeros((n, 3)))
-    f.sort()
-    before, dt = runtime.get(p.s, p.n), 1e-5
-    assert not rates(sim, dt, 1e-6)
-    div = -(runtime.get(p.s, p.n) - before) / dt / (1 + before)
-    pair = runtime.get(p.pair, p.n)
-    stored = (np.abs(pair[:, 3]) ** 3 * pair[:, 7] * div).sum()
+        shake(group.nodes)
+        runtime.put(group.nodes.u, 0.02 * D * rng.uniform(-1, 1, (group.nodes.n, 3)))
+    stored, done, felt = powers(sim)
     each = [(of_nodes(group, "force"), of_nodes(group, "v")) for group in shells(sim)]
-    push = runtime.get(p.force, p.n)
-    done = (push * runtime.get(p.v, p.n)).sum() + sum((F * v).sum() for F, v in each)
-    force = push.sum(axis=0) + sum(F.sum(axis=0) for F, _ in each)
+    done += sum((F * v).sum() for F, v in each)
+    force = felt.sum(axis=0) + sum(F.sum(axis=0) for F, _ in each)
     assert all(np.abs(F).max() > 1.0 for F, _ in each)
     assert done == pytest.approx(stored, rel=1e-9)
-    assert np.abs(force).max() < 1e-9 * np.abs(push).sum()
+    assert np.abs(force).max() < 1e-9 * np.abs(felt).sum()
 
 
 WIDTHS = (0.03, 0.05, 0.2)  # m, of bulges

@@ -15,7 +15,7 @@ from taichi_sph.scene import Ball, Box, Finer, Fluid, FluidBox, Numerics, Plate,
 from ..exact import restarts_exactly
 from .bodies import box, by_id, put, run, unbalanced
 from .test_several import layers
-from .test_wetted import BULLET, STEEL, can, integral, rates, start, wetted
+from .test_wetted import BULLET, STEEL, can, integral, powers, shake, start, wetted
 
 D = 0.01
 MORE = (("quad", 0.8, 0.01), ("triangle", 0.4, 0.035))  # cells, height of particles in the finest spacing, deviation
@@ -200,31 +200,21 @@ def finer_can(rigids=()) -> Scene:
 def test_pressure_does_the_work_that_the_density_stores(rigids):
     """As in tests/fluid/test_wetted.py, on points within the cells of the shell."""
     sim = start(finer_can(rigids))
-    f, p, nodes = sim.fluid, sim.fluid.p, sim.shell.nodes
+    nodes = sim.shell.nodes
     assert wetted(sim).first[1] == 4 * len(sim.shell.mesh.cells)
-    rng = np.random.default_rng(3)
-    runtime.put(p.x, runtime.get(p.x, p.n) + 0.1 * p.finest * rng.uniform(-1, 1, (p.n, 3)))
-    runtime.put(p.v, rng.normal(size=(p.n, 3)))
-    runtime.put(p.s, rng.uniform(1e-4, 1e-3, p.n))
-    runtime.put(nodes.v, rng.normal(size=(nodes.n, 3)))
-    runtime.put(nodes.force, np.zeros((nodes.n, 3)))
+    shake(nodes)
     if rigids:
-        runtime.put(sim.rigids.v, rng.normal(size=(1, 3)))
-    f.sort()
-    before, dt = runtime.get(p.s, p.n), 1e-5
-    assert not rates(sim, dt, 1e-6)
-    div = -(runtime.get(p.s, p.n) - before) / dt / (1 + before)
-    pair = runtime.get(p.pair, p.n)
-    stored = (np.abs(pair[:, 3]) ** 3 * pair[:, 7] * div).sum()
-    push, v = runtime.get(nodes.force, nodes.n), runtime.get(nodes.v, nodes.n)
-    done = (runtime.get(p.force, p.n) * runtime.get(p.v, p.n)).sum() + (push * v).sum()
-    force = runtime.get(p.force, p.n).sum(axis=0) + push.sum(axis=0)
+        runtime.put(sim.rigids.v, np.random.default_rng(5).normal(size=(1, 3)))
+    stored, done, felt = powers(sim)
+    push = runtime.get(nodes.force, nodes.n)
+    done += (push * runtime.get(nodes.v, nodes.n)).sum()
+    force = felt.sum(axis=0) + push.sum(axis=0)
     if rigids:
         done += runtime.get(sim.rigids.force, 1)[0] @ runtime.get(sim.rigids.v, 1)[0]
         force += runtime.get(sim.rigids.force, 1)[0]
     assert np.abs(push).max() > 0.0
     assert done == pytest.approx(stored, rel=1e-9)
-    assert np.abs(force).max() < 1e-9 * np.abs(runtime.get(p.force, p.n)).sum()
+    assert np.abs(force).max() < 1e-9 * np.abs(felt).sum()
 
 
 @pytest.mark.parametrize(

@@ -88,6 +88,30 @@ def rates(sim, before: float, dt: float) -> bool:
     return worn
 
 
+def powers(sim):
+    """With water that is shaken: what its density stores [W], the power of its forces on particles, and those forces (N, 3). The caller
+    adds what other bodies, whose velocities are set, feel."""
+    f, p = sim.fluid, sim.fluid.p
+    rng = np.random.default_rng(3)
+    runtime.put(p.x, runtime.get(p.x, p.n) + 0.1 * p.finest * rng.uniform(-1, 1, (p.n, 3)))
+    runtime.put(p.v, rng.normal(size=(p.n, 3)))
+    runtime.put(p.s, rng.uniform(1e-4, 1e-3, p.n))
+    f.sort()  # here, so that rates() leaves the order
+    before, dt = runtime.get(p.s, p.n), 1e-5
+    assert not rates(sim, dt, 1e-6)
+    # s grows by dt (rate of the fluid - (1 + s) 2 w.v)
+    div = -(runtime.get(p.s, p.n) - before) / dt / (1 + before)
+    assert np.abs(div + runtime.get(p.rate, p.n) / (1 + before)).max() > 1  # surfaces do some of it
+    pair, force = runtime.get(p.pair, p.n), runtime.get(p.force, p.n)
+    return (np.abs(pair[:, 3]) ** 3 * pair[:, 7] * div).sum(), (force * runtime.get(p.v, p.n)).sum(), force
+
+
+def shake(nodes) -> None:
+    """Velocities at random for nodes of a shell or a solid, and no force yet."""
+    runtime.put(nodes.v, np.random.default_rng(4).normal(size=(nodes.n, 3)))
+    runtime.put(nodes.force, np.zeros((nodes.n, 3)))
+
+
 def integral(d: float, h: float) -> float:
     """W2 over a plane at the distance d [1/m]."""
     r = np.linspace(0, 2 * h, 20001)
@@ -252,39 +276,25 @@ def test_pressure_does_the_work_that_the_density_stores(rigids, walled):
     if rigids:
         scene = scene.model_copy(update={"fluids": (scene.fluids[0].model_copy(update={"fill": ShellFill(shell="can", level=0.04)}),)})
     sim = start(scene)
-    f, p = sim.fluid, sim.fluid.p
-    rng = np.random.default_rng(3)
-    runtime.put(p.x, runtime.get(p.x, p.n) + 0.1 * D * rng.uniform(-1, 1, (p.n, 3)))
-    runtime.put(p.v, rng.normal(size=(p.n, 3)))
-    runtime.put(p.s, rng.uniform(1e-4, 1e-3, p.n))
-    runtime.put(sim.shell.nodes.v, rng.normal(size=(sim.shell.nodes.n, 3)))
-    runtime.put(sim.shell.nodes.force, np.zeros((sim.shell.nodes.n, 3)))
+    nodes, rng = sim.shell.nodes, np.random.default_rng(5)
+    shake(nodes)
     if rigids:
         runtime.put(sim.rigids.x, np.array([[0.01, -0.01, 0.055]]))
         runtime.put(sim.rigids.v, rng.normal(size=(1, 3)))
         runtime.put(sim.rigids.L, 1e-5 * rng.normal(size=(1, 3)))
-    f.sort()  # here, so that rates() leaves the order
-    before, dt = runtime.get(p.s, p.n), 1e-5
-    assert not rates(sim, dt, 1e-6)
-    # s grows by dt (rate of the fluid - (1 + s) 2 w.v)
-    rate = runtime.get(p.rate, p.n)
-    div = -(runtime.get(p.s, p.n) - before) / dt / (1 + before)
-    assert np.abs(div + rate / (1 + before)).max() > 1  # surfaces do some of it
-    pair = runtime.get(p.pair, p.n)
-    stored = (np.abs(pair[:, 3]) ** 3 * pair[:, 7] * div).sum()
-    done = (runtime.get(p.force, p.n) * runtime.get(p.v, p.n)).sum() + (
-        runtime.get(sim.shell.nodes.force, sim.shell.nodes.n) * runtime.get(sim.shell.nodes.v, sim.shell.nodes.n)
-    ).sum()
-    force = runtime.get(p.force, p.n).sum(axis=0) + runtime.get(sim.shell.nodes.force, sim.shell.nodes.n).sum(axis=0)
+    stored, done, felt = powers(sim)
+    push = runtime.get(nodes.force, nodes.n)
+    done += (push * runtime.get(nodes.v, nodes.n)).sum()
+    force = felt.sum(axis=0) + push.sum(axis=0)
     if rigids:
         from taichi_sph.bodies.rigid.pool import spins
 
-        push, turn = runtime.get(sim.rigids.force, 1)[0], runtime.get(sim.rigids.torque, 1)[0]
-        assert np.linalg.norm(push) > 0.1  # the body is wet
-        done += push @ runtime.get(sim.rigids.v, 1)[0] + turn @ spins(sim.rigids)[0]
-        force += push
+        body, turn = runtime.get(sim.rigids.force, 1)[0], runtime.get(sim.rigids.torque, 1)[0]
+        assert np.linalg.norm(body) > 0.1  # the body is wet
+        done += body @ runtime.get(sim.rigids.v, 1)[0] + turn @ spins(sim.rigids)[0]
+        force += body
     assert done == pytest.approx(stored, rel=1e-9)
-    assert walled or np.abs(force).max() < 1e-9 * np.abs(runtime.get(p.force, p.n)).sum()
+    assert walled or np.abs(force).max() < 1e-9 * np.abs(felt).sum()
 
 
 @pytest.mark.long

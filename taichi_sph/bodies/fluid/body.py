@@ -12,7 +12,6 @@ Energies belong to time n as in step.py; gravity's work is that of a potential, 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -31,15 +30,12 @@ from .packing import even_out, settle_jumps
 from .pairs import FluidPairs
 from .pool import FluidParticles
 from .said import Fluid, FluidBox, ShellFill, Wall
+from .step import stable_step
 from .surroundings import Surroundings
 from .walls import Walls
 
-LIMIT = 0.515  # h / c: the step that is stable with alpha up to 1.5 (docs/method.md)
-ALONG = 1.22  # 1 / gamma of a layer at D/2 (couplings/wetted/wetted.py): so much faster it swings along the wall
-STIFF = 1.41  # (2 D w)^2 of a layer at D/4, where pinballs stop it (couplings/wetted/wetted.py)
 FAST = 0.4  # spacings of finer water: its list's skin, for that is where it moves fast
 LIMITER = 3.0  # of Zhang, Hu and Adams 2017
-SWING = 0.64  # omega dt, some room below 0.70
 ANY = -1e301  # Pa, the least pressure of a fluid that bears any tension
 
 
@@ -230,21 +226,10 @@ class FluidBody(Pool):
         self.dt = dt
 
     def stable_dt(self) -> float:
-        """Largest stable step [s] (before any safety): LIMIT h / (c + |v|) with the finest h, shorter where a light shell swings against
-        its water.
-
-        A body of mass m per area between two layers of water swings with omega = c/D sqrt(STIFF (1 + 2 rho D / m)); the one pass of
-        fluid_pairs is stable up to omega dt = 0.70 (docs/method.md, 11)."""
-        fastest, longest = self.sound + self.fastest(), math.inf
-        for part in np.unique(self.p.parts).tolist():
-            pace = float(self.constants[:, columns.OWN].min()) / part / fastest
-            own = LIMIT * self.support * pace
-            if self.surroundings is not None:
-                mass = float(self.constants[:, columns.DENSITY].max()) * self.p.spacing / part
-                swings = STIFF * (1.0 + 2.0 * mass / self.surroundings.lightest)
-                own = min(own / ALONG, SWING * pace / math.sqrt(swings))
-            longest = min(longest, own)
-        return longest
+        """Largest stable step [s] (before any safety), of the particles of that size which rules (step.py)."""
+        fastest, own = self.sound + self.fastest(), float(self.constants[:, columns.OWN].min())
+        layer, lightest = float(self.constants[:, columns.DENSITY].max()) * self.p.spacing, getattr(self.surroundings, "lightest", None)
+        return min(stable_step(own / part / fastest, self.support, layer / part, lightest) for part in np.unique(self.p.parts).tolist())
 
     def fastest(self) -> float:
         """Largest speed [m/s]; inf when a velocity is not finite."""
