@@ -136,8 +136,14 @@ class Surface:
 
     @property
     def renumbered(self) -> bool:
-        """Whether the movers stand in another order than at the step before."""
+        """Whether the movers stand in another order than at the step before, or others can be met than then."""
         return False
+
+    @property
+    def source(self) -> Any:
+        """Field of i32: where each mover stood at the step before, of a group with a ball for each; None where that does not tell what can
+        be met now. Asked where the group is `renumbered`."""
+        return None
 
     def reaches(self, other: Surface) -> bool:
         """Whether an element of this group can meet one of the other: two fillings cannot, their pair forces part them."""

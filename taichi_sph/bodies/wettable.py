@@ -31,7 +31,7 @@ class SurfacePoints(Pool):
         self.origin = self.field("origin", 1, 3, "f64", unit="m", doc="records are relative to it")
         self.x = self.field("x", n, 3, "f64", unit="m", doc="where the point is now")
         self.was = self.field("was", n, 3, "f64", unit="m", keeps=True, doc="x at the fluid's step before")
-        self.record = self.field("record", n, 12, doc="x - origin | vector area | velocity | half, 1 where thin: what a particle needs")
+        self.record = self.field("record", n, 12, doc="x - origin | vector area | velocity | half, -1 where not thin | area | 1 / area")
         self.push = self.field("push", n, 3, unit="N", doc="of the water on the point")
         runtime.put(self.origin, np.asarray(origin, float).reshape(1, 3))
 
@@ -46,8 +46,9 @@ class SurfacePoints(Pool):
             self.record[k][c] = ti.cast(x[c] - self.origin[0][c], float)
             self.record[k][3 + c] = ti.cast(a[c], float)
             self.record[k][6 + c] = ti.cast(v[c], float)
-        self.record[k][9] = ti.cast(half, float)
-        self.record[k][10] = ti.cast(thin, float)
+        self.record[k][9] = ti.cast(ti.select(thin == 1, half, -1.0), float)
+        size = ti.cast(a, float).norm()
+        self.record[k][10], self.record[k][11] = size, 1.0 / ti.max(size, 1e-30)
 
     @ti.func
     def place(self, k):
@@ -62,13 +63,31 @@ class SurfacePoints(Pool):
         return ti.Vector([self.record[k][6], self.record[k][7], self.record[k][8]])
 
     @ti.func
+    def size(self, k):
+        """Area of point k [m2]."""
+        return self.record[k][10]
+
+    @ti.func
+    def normal(self, k):
+        """Unit vector along the area of point k; 0 where there is none."""
+        return self.area(k) * self.record[k][11]
+
+    @ti.func
     def half(self, k):
+        """Half the thickness at a thin point k [m]."""
         return self.record[k][9]
 
     @ti.func
     def thin(self, k):
         """Whether water may stand on both sides of point k."""
-        return self.record[k][10] > 0.5
+        return self.record[k][9] >= 0.0
+
+    @ti.func
+    def hide(self, k):
+        """Point k has no area any more."""
+        for c in ti.static(range(3)):
+            self.record[k][3 + c] = 0.0
+        self.record[k][10] = 0.0
 
 
 class Wettable(Protocol):

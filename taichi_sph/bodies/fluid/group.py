@@ -100,6 +100,7 @@ class FluidGroup(Rest):
         self.body.rates(*self._steps(now))
 
     def move(self, now: Now) -> None:
+        self.renumbered = False  # all have been told
         if not now.due(self):
             return
         self.body.kick_and_drift(*self._steps(now), self.pushed)

@@ -34,6 +34,10 @@ class FluidSurface(Surface):
     def renumbered(self) -> bool:
         return self.group.renumbered
 
+    @property
+    def source(self) -> Any:
+        return self.group.body.near.source
+
     def meets(self) -> None:
         self.group.pushed = True
 

@@ -62,9 +62,11 @@ class ContactCoupling(Coupling):
         order = [port.names.index(span.name) for s in surfaces for span in s.bodies]  # the port has those that turn last
         place = np.argsort(order)
         table = Table(Meetings(*(said[place][:, place] for said in meetings)))
-        skin = 0.5 * min(s.length for s in surfaces)
+        close = 0.5 * min(s.length for s in surfaces)
+        # the few balls of strikers are small and fast: pairs that are kept ready farther out are searched for less often
+        skin = 0.5 * min((s.length for s in surfaces if not s.few), default=2.0 * close)
         hidden = carried(scene, groups, "contact.carried", port.names)
-        self.contact = Contact(port, table, scene.numerics.contact or PinballContact(), skin, hidden)
+        self.contact = Contact(port, table, scene.numerics.contact or PinballContact(), skin, close, hidden)
         for s in surfaces:
             s.meets()
 

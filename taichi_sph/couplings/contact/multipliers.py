@@ -34,6 +34,7 @@ import numpy as np
 
 from ... import runtime
 from ...bodies.body import Now
+from ...bodies.surface import Surface
 from ...errors import RunStopped, SceneError
 from ...pool import Pool
 from ...runtime import ti
@@ -57,11 +58,19 @@ class Contact(Pool):
     kept = ("all_iterations", "solves", "unsolved", "largest_error")
 
     def __init__(
-        self, port: Port, table: Table, settings: PinballContact, skin: float, hidden: Carried | None = None, name: str = "contact"
-    ):  # fmt: skip
-        """skin [m]: how far beyond contact pairs are kept ready; hidden: strikers that hide from a fluid what they touch."""
+        self,
+        port: Port,
+        table: Table,
+        settings: PinballContact,
+        skin: float,
+        close: float,
+        hidden: Carried | None = None,
+        name: str = "contact",
+    ):
+        """skin [m]: how far beyond contact pairs are kept ready; close [m]: half the size of the smallest element, what little is a part
+        of; hidden: strikers that hide from a fluid what they touch."""
         super().__init__(name)
-        self.port, self.settings, self.skin = port, settings, skin
+        self.port, self.settings, self.skin, self.close = port, settings, skin, close
         self.hidden, self.hides = hidden, hidden is not None
         self.pairs = pairs = Pairs(port, table)
         room, bodies = min(port.n, pairs.sides * pairs.capacity), port.n_bodies
@@ -110,14 +119,14 @@ class Contact(Pool):
         if not pairs.n:
             return
         port.offer(pairs.bounds, Now())
-        _measure(self, 0.0, self.skin, 0, 0)
+        _measure(self, 0.0, self.close, 0, 0)
         owner = runtime.get(port.whose, pairs.n_who)
         a, b = (owner[runtime.get(side, pairs.n)] for side in (pairs.a, pairs.b))
         gap = runtime.get(pairs.gap, pairs.n)
         gap[a == b] = 0.0
-        gap[port.loose[a] | port.loose[b]] += 0.5 * self.skin  # a filling may touch its vessel
+        gap[port.loose[a] | port.loose[b]] += 0.5 * self.close  # a filling may touch its vessel
         k = int(np.argmin(gap))
-        allowed = 1e-3 * self.skin
+        allowed = 1e-3 * self.close
         if gap[k] < -allowed:
             one, two = (f"{port.of(body).group.kind} '{port.names[body]}'" for body in (a[k], b[k]))
             hint = "move one of them away, pinballs touch at most"
@@ -131,24 +140,33 @@ class Contact(Pool):
         port, pairs = self.port, self.pairs
         step = now.step % common
         port.look()
-        if any(s.renumbered for s in port.surfaces):
-            travelled = runtime.get(self.travelled, port.n_bodies)
-            for s in port.surfaces:
-                if s.renumbered:
-                    travelled[s.first.body : s.first.body + len(s.bodies)] = FAR
-            runtime.put(self.travelled, travelled)
+        renumbered = [s for s in port.surfaces if s.renumbered]
+        for s in renumbered:
+            if s.source is None:
+                self._forget(s)
+            else:
+                pairs.follow(s)
         if _wear(self, port.n_bodies, now.dt, self.skin, step):
             self._search()
+        elif renumbered:
+            pairs.list_movers()
         self.iterations = 0
         acts = 0
         if pairs.n:
             port.offer(pairs.bounds, now)
-            acts = _measure(self, now.dt, self.skin, 1, step)
+            acts = _measure(self, now.dt, self.close, 1, step)
             if acts:
                 self._solve()
                 port.take(pairs.bounds, now)
         self.touching = _book(self, self.blocks, now.dt_before, now.dt, 1.0 / now.kick, acts)
         self.seconds += clock.perf_counter() - began
+
+    def _forget(self, surface: Surface) -> None:
+        """What the bodies of a group may touch is searched for in this step."""
+        first = surface.first.body
+        travelled = runtime.get(self.travelled, self.port.n_bodies)
+        travelled[first : first + len(surface.bodies)] = FAR
+        runtime.put(self.travelled, travelled)
 
     def _search(self) -> None:
         n = self.port.n_bodies
@@ -426,7 +444,7 @@ def _weight(contact: ti.template(), k, a, b, turning):
 
 
 @ti.kernel
-def _measure(contact: ti.template(), dt: ti.f64, skin: ti.f64, speeds: ti.i32, step: ti.i32) -> ti.i32:
+def _measure(contact: ti.template(), dt: ti.f64, close: ti.f64, speeds: ti.i32, step: ti.i32) -> ti.i32:
     """Where each pair is, how fast it closes, and its weight; returns how many bodies are in parts that close faster than they may."""
     port, pairs = contact.port, contact.pairs
     ti.loop_config(serialize=True)
@@ -449,6 +467,13 @@ def _measure(contact: ti.template(), dt: ti.f64, skin: ti.f64, speeds: ti.i32, s
         blow_a, blow_b = port.blow(port.whose[a], step), port.blow(port.whose[b], step)
         if blow_a == 0 or blow_b == 0:  # not its turn; p waits
             pairs.near[k] = 0
+        elif (
+            speeds == 1 and gap > 2.0 * dt * ti.max(blow_a, blow_b) * (port.speed[port.whose[a]] + port.speed[port.whose[b]]) + 0.3 * close
+        ):
+            pairs.near[k], pairs.p[k], pairs.y[k] = 0, 0.0, 0.0  # out of reach, were they twice as fast
+            if ti.static(pairs.table.rubs):
+                pairs.q[k] *= 0.0
+                pairs.z[k] *= 0.0
         elif speeds == 1:
             lasts = dt * ti.max(blow_a, blow_b)
             v, u = _speeds(contact, k, a, b, turning)
@@ -459,7 +484,7 @@ def _measure(contact: ti.template(), dt: ti.f64, skin: ti.f64, speeds: ti.i32, s
                 if e > 0.0:
                     slack = free + e * before
             pairs.before[k], pairs.free[k], pairs.slack[k] = before, free, slack
-            near, reach = 0, 0.3 * skin
+            near, reach = 0, 0.3 * close
             if ti.static(port.thin):
                 if pairs.sort[k] >= FACE:  # what can come to touch within the step: each pair more on a node slows the others down
                     reach = ti.min(reach, lasts * (port.speed[port.whose[a]] + port.speed[port.whose[b]]))

@@ -24,7 +24,8 @@ one over a flat or bulging surface, two or three in a corner. The others say the
 has to tell a dozen such constraints of one node apart takes a hundred iterations.
 
 The search follows the numbers: few balls are tried against everything, many balls against many discs by a grid.
-Candidates are counted and written by their owners in order: the list is the same for any number of threads.
+Candidates are counted and written by their owners in order: the list is the same for any number of threads. Water that is put in another
+order keeps its pairs.
 
 Bodies that pairs link are one part (`root`: the smallest body number in it). Each part counts how far it has moved, has its own grid, and
 searches its pairs anew when it has moved far enough. So no bit of a part depends on another part.
@@ -37,6 +38,7 @@ import numpy as np
 
 from ... import runtime
 from ...bodies.faces import hidden
+from ...bodies.surface import Surface
 from ...errors import RunStopped
 from ...numerics.cells import CUBES, CellGrid, alone, beside, cube, running
 from ...pool import Pool
@@ -109,6 +111,7 @@ class Pairs(Pool):
         self.weight = field("weight", n, dtype="f64", unit="1/kg", doc="diagonal with split masses")
         self.y = field("y", n, dtype="f64", unit="N s", doc="impulse, extrapolated")
         self.size = field("size", 4, dtype="i32", doc="movers on the list, pairs, first place of those that turn, bodies")
+        self.now = field("now", max(many, 1), dtype="i32", doc="number of a ball that had this number at the step before")
         faces, rubs = n if port.thin else 1, n if table.rubs else 1
         self.corner = field("corner", faces, 4, "i32", doc="places of a face's corners; of a triangle's third one twice")
         self.split = field("split", faces, 4, "f64", doc="parts that the corners have of the nearest point")
@@ -193,6 +196,11 @@ class Pairs(Pool):
         if port.walled and flat:
             self._by_grid(self.wall_grid, _near_walls, port.n_discs, part, port.widest_wall, reach)
         return np.flatnonzero(runtime.get(port.linked, port.n_bodies)) if self.n > before else np.zeros(0, int)
+
+    def follow(self, surface: Surface) -> None:
+        """Pairs of a group whose movers have been put in another order: the balls keep what they may touch."""
+        if self.n:
+            _renumber(self, surface.source, self.n, surface.first.ball, surface.n_balls)
 
     def _by_grid(self, grid: CellGrid, look: Callable[..., None], owners: int, part: np.ndarray, largest: np.ndarray, reach: float) -> None:
         """What the balls of `owners` find by a grid of discs or faces; largest (B,) [m]: of each body, from its place on the grid."""
@@ -533,6 +541,16 @@ def _side(pairs: ti.template(), k, side):
     elif side == 1:
         p = _other_mover(pairs, k)
     return p
+
+
+@ti.kernel
+def _renumber(pairs: ti.template(), source: ti.template(), n: ti.i32, first: ti.i32, balls: ti.i32):
+    for k in range(balls):
+        pairs.now[source[k]] = k
+    for k in range(n):
+        ball = pairs.ball[k] - first
+        if ball >= 0 and ball < balls:
+            pairs.ball[k] = first + pairs.now[ball]
 
 
 @ti.kernel

@@ -175,33 +175,19 @@ class Wetted(Pool):
         return result
 
     @ti.func
-    def facet(self, k, x, D, inverse):
-        """w of the point k for a particle at x with spacing D."""
-        a = self.points.area(k)
+    def facet(self, k, x, steep):
+        """Point k as a particle at x sees it: its area, which changes its sign across a thin one, its normal, the distance to it, and the
+        height of x over it, on either side of a thin one. w is area times W(distance) times normal. steep: 1 / (FADE D)."""
+        normal, size = self.points.normal(k), self.points.size(k)
         r = x - self.points.place(k)
+        up = r.dot(normal)
+        height = up
         if ti.static(self.thin):
-            if self.points.thin(k):
-                area = a.norm()
-                unit = a / ti.max(area, 1e-30)
-                up = r.dot(unit)
-                side = ti.min(ti.max(up / (FADE * D), -1.0), 1.0)
-                a *= side
-                if up > 0.0:
-                    r -= self.half(k) * unit
-                else:
-                    r += self.half(k) * unit
-        return w2(r.norm(), inverse) * a
-
-    @ti.func
-    def above(self, k, x):
-        """Height of x over the surface at the point k [m], on either side of a thin one."""
-        a = self.points.area(k)
-        r = x - self.points.place(k)
-        up = r.dot(a) / ti.max(a.norm(), 1e-30)
-        if ti.static(self.thin):
-            if self.points.thin(k):
-                up = ti.abs(up) - self.half(k)
-        return ti.max(up, 0.0)
+            thin, half = self.points.thin(k), self.half(k)
+            height = ti.select(thin, ti.abs(up) - half, up)
+            size *= ti.select(thin, ti.min(ti.max(up * steep, -1.0), 1.0), 1.0)
+            r -= ti.select(thin, ti.select(up > 0.0, half, -half), 0.0) * normal
+        return size, normal, r.norm(), ti.max(height, 0.0)
 
     @ti.func
     def images(self, i, inverse, spacing):
@@ -242,11 +228,10 @@ def _hide(points: ti.template(), hidden: ti.template(), n: ti.i32, strikers: ti.
     """Thin points that a striker touches have no area: half the diagonal of a square of its area is how far a point reaches."""
     for k in range(n):
         if points.thin(k):
-            half = 0.7072 * ti.sqrt(ti.cast(points.area(k).norm(), ti.f64))
+            half = 0.7072 * ti.sqrt(ti.cast(points.size(k), ti.f64))
             for s in range(strikers):
                 if hidden.touches(s, points.x[k], half):
-                    for c in ti.static(range(3)):
-                        points.record[k][3 + c] = 0.0
+                    points.hide(k)
 
 
 @ti.kernel
@@ -362,23 +347,27 @@ def _face(t: ti.template(), point: ti.template(), n: ti.i32, inverse_0: float, s
             thin, solid = x * 0.0, x * 0.0
             closing, closing_solid, sizes, heights = D * 0.0, D * 0.0, D * 0.0, D * 0.0
             inverse = inverse_0 * spacing / D
+            steep = inverse / (FADE * inverse_0 * spacing)
             found, count = t.images(i, inverse, spacing)
             for image in range(1 << count):
                 seen, moving = t.seen(found, image, x), t.reflected(found, image, v)
                 whole = t.whole(found, image, i, spacing)
                 for e in range(t.s.start[i], t.s.start[i + 1]):
                     k = point[e]
-                    w = whole * t.facet(k, seen, D, inverse)
+                    size, normal, away, height = t.facet(k, seen, steep)
+                    size *= whole * w2(away, inverse)
+                    w = size * normal
                     nearing = w.dot(moving - t.points.velocity(k))
                     w = t.reflected(found, image, w)
-                    sizes += w.norm()
-                    heights += w.norm() * t.above(k, seen)
-                    if t.points.thin(k):
-                        thin += w
-                        closing += nearing
-                    else:
-                        solid += w
-                        closing_solid += nearing
+                    sizes += ti.abs(size)
+                    heights += ti.abs(size) * height
+                    part = D * 0.0
+                    if ti.static(t.thin):
+                        part = ti.select(t.points.thin(k), 1.0, 0.0)
+                        thin += part * w
+                        closing += part * nearing
+                    solid += (1.0 - part) * w
+                    closing_solid += (1.0 - part) * nearing
             share = D * 0.0 + 1.0
             square = solid.norm_sqr()
             if square > 0.0:
@@ -404,10 +393,12 @@ def _gather(t: ti.template(), particle: ti.template(), points: ti.i32, inverse_0
             D = ti.abs(t.p.pair[i][3])
             x = ti.Vector([t.p.pair[i][0], t.p.pair[i][1], t.p.pair[i][2]])
             inverse = inverse_0 * spacing / D
+            steep = inverse / (FADE * inverse_0 * spacing)
             found, count = t.images(i, inverse, spacing)
             for image in range(1 << count):
-                w = t.whole(found, image, i, spacing) * t.facet(k, t.seen(found, image, x), D, inverse)
+                size, normal, away, height = t.facet(k, t.seen(found, image, x), steep)
+                size *= t.whole(found, image, i, spacing) * w2(away, inverse)
                 if not t.points.thin(k):
-                    w *= t.share[i]
-                push -= t.s.stress[i] * w
+                    size *= t.share[i]
+                push -= (t.s.stress[i] * size) * normal
         t.points.push[k] = push
