@@ -122,16 +122,14 @@ def main(find: Callable[[str], Path], quality: str, arch: str, threads: int | No
     quarters = whole(tank, arch, threads)
     print(f"tank_leak {quality}: {quarters[0]['shell']} nodes of shell, {quarters[0]['water']} of water")
     print("\nuntil, ms   steps  ms/step  water M/s  metal M/s  ms of parts  ratio")
-    for r in quarters:
+    for q in quarters:
         print(
-            f"{1e3 * r['until']:9.2f} {r['steps']:7d} {r['ms_per_step']:8.2f} {r['water_rate'] / 1e6:10.2f} {r['shell_rate'] / 1e6:10.2f}"
-            f" {r['ms_of_parts']:12.2f} {r['ratio']:6.0%}"
+            f"{1e3 * q['until']:9.2f} {q['steps']:7d} {q['ms_per_step']:8.2f} {q['water_rate'] / 1e6:10.2f} {q['shell_rate'] / 1e6:10.2f}"
+            f" {q['ms_of_parts']:12.2f} {q['ratio']:6.0%}"
         )
-    ratio = sum(r["steps"] * r["ms_of_parts"] for r in quarters) / sum(r["steps"] * r["ms_per_step"] for r in quarters)
-    print(
-        f"coupled over harmonic mean of the parts, whole run: {ratio:.0%} (goal {GOAL:.0%} {'met' if ratio >= GOAL else 'MISSED'})",
-        flush=True,
-    )
+    ratio = sum(q["steps"] * q["ms_of_parts"] for q in quarters) / sum(q["steps"] * q["ms_per_step"] for q in quarters)
+    word = "met" if ratio >= GOAL else "MISSED"
+    print(f"coupled over harmonic mean of the parts, whole run: {ratio:.0%} (goal {GOAL:.0%} {word})", flush=True)
     print("\noutside kernels      nodes  tasks/step  ms/step  in kernels  outside  share")
     rows = []
     for name, settings, start in [("tank_leak", {"quality": quality}, ENTERED), *((small, {"quality": "draft"}, 0.0) for small in SMALL)]:

@@ -45,8 +45,9 @@ from .pairs import BODIES, DISC, FACE, PAIRS, TURNING, WALL, WHO, Pairs, Table, 
 from .said import PinballContact
 
 BLOCK = 512
+PAIRS_NEAR, MOVERS = range(2)  # `Contact.count`: of the pairs that are solved for, and of their movers
 FIRST, CHECK = 2, 8  # iterations before the first look at the error; the most between two looks
-SMALL_LIST = 4096  # pairs; fewer are solved by one thread, faster than threads are woken
+SMALL_LIST = 4096  # pairs; fewer that are near are solved by one thread, faster than threads are woken
 FAR = 1e30  # m: a way after which anything must be searched
 SAME = 1e-9  # of half a thickness, or of a side: two walls have one nearest point
 SMALL = 1e-2  # of the fastest speed: an approach below it is not resolved any finer
@@ -80,6 +81,10 @@ class Contact(Pool):
         self.dv = field("dv", room, 3, "f64", unit="m/s", doc="change of velocity by the impulses, at a place of the port's list")
         self.dw = field("dw", max(port.n - port.n_still, 1), 3, "f64", unit="rad/s", doc="change of spin, of those that turn")
         self.share = field("share", room, dtype="f64", doc="near pairs of a mover; of a face's corner its part counts")
+        self.met = field("met", room, dtype="i32", doc="1: a mover has near pairs, in a part where something closes")
+        self.acting = field("acting", pairs.capacity, dtype="i32", doc="the pairs that are solved for")
+        self.moved = field("moved", room, dtype="i32", doc="places of their movers on the port's list")
+        self.count = field("count", 2, dtype="i32", doc="how many those pairs and movers are")
         self.work = field("work", blocks, dtype="f64", unit="J", doc="done on the bodies up to time n, by blocks of pairs", keeps=True)
         self.ahead = field("ahead", blocks, dtype="f64", unit="J", doc="what contact does on the way to n + 1", keeps=True)
         rubbed = blocks if table.rubs else 1
@@ -178,8 +183,12 @@ class Contact(Pool):
         runtime.put(self.travelled, travelled)
 
     def _solve(self) -> None:
-        pairs, most, tolerance = self.pairs, self.settings.iterations, self.settings.tolerance
-        if runtime.one_by_one() and pairs.n < SMALL_LIST:
+        most, tolerance = self.settings.iterations, self.settings.tolerance
+        if runtime.one_by_one():
+            acting = _list_acting(self)
+        else:
+            acting = self._list_acting()
+        if runtime.one_by_one() and acting < SMALL_LIST:
             error = _solve_here(self, most, tolerance)
             self.iterations = int(self.did[0])
         else:
@@ -193,6 +202,17 @@ class Contact(Pool):
         self.largest_error = max(self.largest_error, error)
         self.all_iterations += self.iterations
         self.solves += 1
+
+    def _list_acting(self) -> int:
+        """The same as `_list_acting`, in NumPy."""
+        pairs, get = self.pairs, runtime.get
+        met = get(self.met, pairs.n_who)
+        acting = np.flatnonzero((get(pairs.near, pairs.n) == 1) & (met[get(pairs.a, pairs.n)] == 1)).astype(np.int32)
+        moved = np.flatnonzero(met).astype(np.int32)
+        runtime.put(self.acting, acting)
+        runtime.put(self.moved, moved)
+        runtime.put(self.count, np.array([len(acting), len(moved)], np.int32))
+        return len(acting)
 
     def _solve_together(self, most: int, tolerance: float) -> float:
         """`_solve_here` with a loop of all threads for each part of an iteration, to the same bits; returns the error left."""
@@ -527,12 +547,18 @@ def _measure(contact: ti.template(), dt: ti.f64, close: ti.f64, speeds: ti.i32, 
             contact.scale[b] = ti.max(contact.closing[b], SMALL * contact.top[b])
             acting += acts
     for m in range(pairs.size[WHO]):
+        contact.met[m] = 0
         if contact.open[pairs.part[m]] == 1:
             count = ti.cast(0.0, ti.f64)
             for e in range(pairs.first[m], pairs.first[m + 1]):
                 k, side = pairs.entry[e] // ti.static(pairs.sides), pairs.entry[e] % ti.static(pairs.sides)
                 count += pairs.near[k] * _part(contact, k, side)
+                contact.met[m] = ti.max(contact.met[m], pairs.near[k])
             contact.share[m] = count
+            if contact.met[m] == 0:  # `_settle` goes to the others
+                port.impulse[m] = ti.Vector([0.0, 0.0, 0.0], ti.f64)
+                if m >= pairs.size[TURNING]:
+                    port.twist[m - pairs.size[TURNING]] = ti.Vector([0.0, 0.0, 0.0], ti.f64)
     for k in range(pairs.size[PAIRS]):
         a, b = pairs.a[k], pairs.b[k]
         if pairs.near[k] == 1 and contact.open[pairs.part[a]] == 1:
@@ -544,6 +570,26 @@ def _measure(contact: ti.template(), dt: ti.f64, close: ti.f64, speeds: ti.i32, 
                 if ti.static(pairs.table.rubs):
                     pairs.q[k] *= 0.0
                     pairs.z[k] *= 0.0
+    return acting
+
+
+@ti.kernel
+def _list_acting(contact: ti.template()) -> ti.i32:
+    """The near pairs of parts where something closes, and their movers; returns how many pairs they are."""
+    pairs = contact.pairs
+    acting, moved = 0, 0
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        for k in range(pairs.size[PAIRS]):
+            if pairs.near[k] == 1:
+                if contact.met[pairs.a[k]] == 1:
+                    contact.acting[acting] = k
+                    acting += 1
+        for m in range(pairs.size[WHO]):
+            if contact.met[m] == 1:
+                contact.moved[moved] = m
+                moved += 1
+        contact.count[PAIRS_NEAR], contact.count[MOVERS] = acting, moved
     return acting
 
 
@@ -604,10 +650,11 @@ def _held_back(contact: ti.template(), k, q, p):
 def _change(contact: ti.template(), m, turning):
     """Change of velocity of the mover at place m by the impulses y."""
     port = contact.port
-    J, L = _impulse(contact, m, turning, 1)
-    contact.dv[m] = port.ease[m] * J
-    if m >= turning:
-        contact.dw[m - turning] = port.spin(m, turning, L)
+    if contact.open[contact.pairs.part[m]] == 1:
+        J, L = _impulse(contact, m, turning, 1)
+        contact.dv[m] = port.ease[m] * J
+        if m >= turning:
+            contact.dw[m - turning] = port.spin(m, turning, L)
 
 
 @ti.func
@@ -639,30 +686,27 @@ def _project(contact: ti.template(), k, turning, beta):
 def _iterate(contact: ti.template(), first: ti.f64, second: ti.f64, twice: ti.i32):
     """An iteration of the parts that are not solved yet, with the momentum `first`; twice 1: another one, with `second`."""
     pairs = contact.pairs
-    for m in range(pairs.size[WHO]):
-        if contact.open[pairs.part[m]] == 1:
-            _change(contact, m, pairs.size[TURNING])
-    for k in range(pairs.size[PAIRS]):
-        if pairs.near[k] == 1:
-            _project(contact, k, pairs.size[TURNING], first)
-    for m in range(pairs.size[WHO] * twice):
-        if contact.open[pairs.part[m]] == 1:
-            _change(contact, m, pairs.size[TURNING])
-    for k in range(pairs.size[PAIRS] * twice):
-        if pairs.near[k] == 1:
-            _project(contact, k, pairs.size[TURNING], second)
+    for l in range(contact.count[MOVERS]):
+        _change(contact, contact.moved[l], pairs.size[TURNING])
+    for l in range(contact.count[PAIRS_NEAR]):
+        _project(contact, contact.acting[l], pairs.size[TURNING], first)
+    for l in range(contact.count[MOVERS] * twice):
+        _change(contact, contact.moved[l], pairs.size[TURNING])
+    for l in range(contact.count[PAIRS_NEAR] * twice):
+        _project(contact, contact.acting[l], pairs.size[TURNING], second)
 
 
 @ti.func
 def _settle(contact: ti.template(), m, turning):
     """The impulses of p and q on the mover at place m, and its change of velocity by them."""
     port = contact.port
-    J, L = _impulse(contact, m, turning, 0)
-    contact.dv[m] = port.ease[m] * J
-    port.impulse[m] = J
-    if m >= turning:
-        contact.dw[m - turning] = port.spin(m, turning, L)
-        port.twist[m - turning] = L
+    if contact.open[contact.pairs.part[m]] == 1:
+        J, L = _impulse(contact, m, turning, 0)
+        contact.dv[m] = port.ease[m] * J
+        port.impulse[m] = J
+        if m >= turning:
+            contact.dw[m - turning] = port.spin(m, turning, L)
+            port.twist[m - turning] = L
 
 
 @ti.func
@@ -700,17 +744,15 @@ def _error(contact: ti.template(), tolerance: ti.f64) -> ti.f64:
     for b in range(pairs.size[BODIES]):
         if contact.open[b] == 1:
             contact.error[b] = 0.0
-    for m in range(pairs.size[WHO]):
-        if contact.open[pairs.part[m]] == 1:
-            _settle(contact, m, pairs.size[TURNING])
-    for k in range(pairs.size[PAIRS]):
-        if pairs.near[k] == 1:
-            a, b = pairs.a[k], pairs.b[k]
-            part = pairs.part[a]
-            if contact.open[part] == 1:
-                wrong = _wrong(contact, k, a, b, pairs.size[TURNING])
-                if wrong > contact.error[part]:
-                    ti.atomic_max(contact.error[part], wrong)
+    for l in range(contact.count[MOVERS]):
+        _settle(contact, contact.moved[l], pairs.size[TURNING])
+    for l in range(contact.count[PAIRS_NEAR]):
+        k = contact.acting[l]
+        part = pairs.part[pairs.a[k]]
+        if contact.open[part] == 1:
+            wrong = _wrong(contact, k, pairs.a[k], pairs.b[k], pairs.size[TURNING])
+            if wrong > contact.error[part]:
+                ti.atomic_max(contact.error[part], wrong)
     worst = ti.cast(0.0, ti.f64)
     ti.loop_config(serialize=True)
     for b in range(pairs.size[BODIES]):
@@ -725,33 +767,30 @@ def _solve_here(contact: ti.template(), most: ti.i32, tolerance: ti.f64) -> ti.f
     worst = ti.cast(0.0, ti.f64)
     ti.loop_config(serialize=True)
     for _ in range(1):
-        n_who, n, turning, bodies = pairs.size[WHO], pairs.size[PAIRS], pairs.size[TURNING], pairs.size[BODIES]
+        movers, n, turning, bodies = contact.count[MOVERS], contact.count[PAIRS_NEAR], pairs.size[TURNING], pairs.size[BODIES]
         t = ti.cast(1.0, ti.f64)
         did, some, going = 0, FIRST, 1
         while going == 1 and did < most:
             some = ti.min(some, most - did)
             for _i in range(some):
                 after = 0.5 * (1.0 + ti.sqrt(1.0 + 4.0 * t * t))
-                for m in range(n_who):
-                    if contact.open[pairs.part[m]] == 1:
-                        _change(contact, m, turning)
-                for k in range(n):
-                    if pairs.near[k] == 1:
-                        _project(contact, k, turning, (t - 1.0) / after)
+                for l in range(movers):
+                    _change(contact, contact.moved[l], turning)
+                for l in range(n):
+                    _project(contact, contact.acting[l], turning, (t - 1.0) / after)
                 t = after
             did += some
             some = ti.min(2 * some, CHECK)
             for b in range(bodies):
                 if contact.open[b] == 1:
                     contact.error[b] = 0.0
-            for m in range(n_who):
-                if contact.open[pairs.part[m]] == 1:
-                    _settle(contact, m, turning)
-            for k in range(n):
-                if pairs.near[k] == 1:
-                    part = pairs.part[pairs.a[k]]
-                    if contact.open[part] == 1:
-                        contact.error[part] = ti.max(contact.error[part], _wrong(contact, k, pairs.a[k], pairs.b[k], turning))
+            for l in range(movers):
+                _settle(contact, contact.moved[l], turning)
+            for l in range(n):
+                k = contact.acting[l]
+                part = pairs.part[pairs.a[k]]
+                if contact.open[part] == 1:
+                    contact.error[part] = ti.max(contact.error[part], _wrong(contact, k, pairs.a[k], pairs.b[k], turning))
             worst = 0.0
             for b in range(bodies):
                 worst = ti.max(worst, _close(contact, b, tolerance))
