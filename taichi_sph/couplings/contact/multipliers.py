@@ -45,6 +45,7 @@ from .pairs import BODIES, DISC, FACE, PAIRS, TURNING, WALL, WHO, Pairs, Table, 
 from .said import PinballContact
 
 BLOCK = 512
+SHAPE, SEARCH = 1, 2  # what a part is due for: new shapes of its discs, new pairs as well
 PAIRS_NEAR, MOVERS = range(2)  # `Contact.count`: of the pairs that are solved for, and of their movers
 FIRST, CHECK = 2, 8  # iterations before the first look at the error; the most between two looks
 SMALL_LIST = 4096  # pairs; fewer that are near are solved by one thread, faster than threads are woken
@@ -93,6 +94,7 @@ class Contact(Pool):
         self.deepest = field("deepest", 1, dtype="f64", unit="m", doc="largest penetration so far", keeps=True)
         # by body; of a part what stands at each of its bodies
         self.travelled = field("travelled", bodies, dtype="f64", unit="m", doc="since the last search, by the end of this step", keeps=True)
+        self.aged = field("aged", bodies, dtype="f64", unit="m", doc="the same since discs were shaped", keeps=True)
         self.going = field("going", bodies, dtype="f64", unit="m", doc="part of it that lies ahead")
         # by part, at its root
         self.lasting = field("lasting", bodies, dtype="i32", doc="steps of the clock that lie ahead at once")
@@ -102,6 +104,7 @@ class Contact(Pool):
         self.error = field("error", bodies, dtype="f64", unit="m/s", doc="largest violation")
         self.open = field("open", bodies, dtype="i32", doc="1: is being solved")
         runtime.fill(self.travelled, FAR)
+        runtime.fill(self.aged, FAR)
         self.did = field("did", 1, dtype="i32", doc="iterations of the last step that one thread made")
         self.touching = 0  # pairs with a force
         self.iterations = 0  # of the last step
@@ -151,9 +154,9 @@ class Contact(Pool):
                 self._forget(s)
             else:
                 pairs.follow(s)
-        if _wear(self, port.n_bodies, now.dt, self.skin, step):
-            self._search()
-        elif renumbered:
+        if _wear(self, port.n_bodies, now.dt, self.skin, self.close, step):
+            self._look_again()
+        if any(s.source is not None for s in renumbered):
             pairs.list_movers()
         self.iterations = 0
         acts = 0
@@ -173,14 +176,21 @@ class Contact(Pool):
         travelled[first : first + len(surface.bodies)] = FAR
         runtime.put(self.travelled, travelled)
 
-    def _search(self) -> None:
-        n = self.port.n_bodies
-        due, root = runtime.get(self.port.due, n) == 1, runtime.get(self.pairs.root, n)
-        going, travelled = runtime.get(self.going, n), runtime.get(self.travelled, n)
-        parts = [np.flatnonzero(root == r) for r in np.unique(root[due])]
-        for part in self.pairs.search(parts, self.skin + 2.0 * going):
-            travelled[part] = going[part].max()
+    def _look_again(self) -> None:
+        """New pairs of the parts that are due for them, new shapes of the discs of all that are due."""
+        n, port = self.port.n_bodies, self.port
+        due, root = runtime.get(port.due, n), runtime.get(self.pairs.root, n)
+        going, travelled, aged = runtime.get(self.going, n), runtime.get(self.travelled, n), runtime.get(self.aged, n)
+        parts = [np.flatnonzero(root == r) for r in np.unique(root[due == SEARCH])]
+        if (due == SHAPE).any():
+            runtime.put(port.due, (due == SHAPE).astype(np.int32))
+            port.look(places=True)
+            aged[due == SHAPE] = going[due == SHAPE]
+        if parts:
+            for part in self.pairs.search(parts, self.skin + 2.0 * going):
+                travelled[part] = aged[part] = going[part].max()
         runtime.put(self.travelled, travelled)
+        runtime.put(self.aged, aged)
 
     def _solve(self) -> None:
         most, tolerance = self.settings.iterations, self.settings.tolerance
@@ -262,8 +272,9 @@ def _next(t: float) -> float:
 
 
 @ti.kernel
-def _wear(contact: ti.template(), bodies: ti.i32, dt: ti.f64, skin: ti.f64, step: ti.i32) -> ti.i32:
-    """How far each part has gone by the end of this step; marks the bodies of those that must be searched, and counts them."""
+def _wear(contact: ti.template(), bodies: ti.i32, dt: ti.f64, skin: ti.f64, close: ti.f64, step: ti.i32) -> ti.i32:
+    """How far each part has gone by the end of this step; marks the bodies of those whose pairs must be searched or whose discs must be
+    shaped, and counts them. Both sides of a pair have gone that far, and a disc that was shaped on the way may have grown by as much."""
     port = contact.port
     root = ti.static(contact.pairs.root)
     worn = 0
@@ -279,8 +290,11 @@ def _wear(contact: ti.template(), bodies: ti.i32, dt: ti.f64, skin: ti.f64, step
             r = root[b]
             contact.going[b] = contact.lasting[r] * dt * contact.top[r]
             contact.travelled[b] += contact.going[b]
-            if 2.0 * contact.travelled[b] > 0.9 * skin:
-                port.due[r] = 1
+            contact.aged[b] += contact.going[b]
+            if 3.0 * contact.travelled[b] - contact.aged[b] > 0.9 * skin:
+                port.due[r] = SEARCH
+            elif 2.0 * contact.aged[b] > 0.9 * close:
+                port.due[r] = ti.max(port.due[r], SHAPE)
         for b in range(bodies):
             port.due[b] = port.due[root[b]]
             worn += port.due[b]
