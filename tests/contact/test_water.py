@@ -112,3 +112,25 @@ def test_the_gauge_counts_what_has_left_and_nothing_else():
     x[follow, 0] += 0.015
     runtime.put(sim.fluid.p.x, x)
     assert follow.any() and sim.leak.look(sim.time)["escaped_count"] == 0
+
+
+def test_water_that_is_put_in_another_order_keeps_its_pairs():
+    """What particles may touch goes with them: the pairs of a step that sorts are those of the step before, by the particles' numbers."""
+    sim = start(can(velocity=(30.0, 0, 10.0)))
+    contact = next(c for c in sim.couplings if hasattr(c, "contact")).contact
+    pairs, fluid = contact.pairs, sim.fluid
+
+    def listed():
+        ball, other = runtime.get(pairs.ball, pairs.n), runtime.get(pairs.other, pairs.n)
+        water = ball < fluid.p.n
+        return set(zip(runtime.get(fluid.p.id, fluid.p.n)[ball[water]].tolist(), other[water].tolist()))
+
+    sim.advance(20)
+    kept = 0
+    while kept < 2 and sim.step < 300:
+        sorts, before, travelled = fluid.sorts, listed(), runtime.get(contact.travelled, pairs.port.n_bodies).max()
+        sim.advance(1)
+        if fluid.sorts > sorts and runtime.get(contact.travelled, pairs.port.n_bodies).max() > travelled:  # and there was no search
+            assert before and listed() == before
+            kept += 1
+    assert kept == 2
