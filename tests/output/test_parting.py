@@ -14,6 +14,8 @@ from taichi_sph.geometry.surfaces import mesh_of
 from taichi_sph.output.folder import RunFolder
 from taichi_sph.output.frames import FramesWriter
 from taichi_sph.output.measures import measure
+from taichi_sph.output.measures.fragments import live, ruptured
+from taichi_sph.render.plan import plan
 from taichi_sph.scene import Material, Net, Numerics, Scene, Shell, dump
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "scenes"))
@@ -135,3 +137,23 @@ def test_slits_that_cross() -> None:
         middle = (np.abs(places) < 1e-9).all(axis=1)
         assert times[middle] == [copies]
         assert times[~middle].max() == 2 and (times[~middle] == 2).sum() == twins
+
+
+def test_the_plan_shows_slits_and_what_broke(run: RunFolder, tmp_path: Path) -> None:
+    """Cells that broke and sides of slits, each in its own collection; nothing is drawn of a plate that is whole and has no slit."""
+    figure = plan(run)
+    assert figure is not None
+    above, beside = figure.axes[:2]
+    whole, broken, slits = above.collections
+    last = run.frames("plate").body(-1)
+    assert len(broken.get_paths()) == ruptured(last).sum() and len(whole.get_paths()) == live(last).sum()
+    assert len(slits.get_segments()) == 2 * 3 * round(2 * FLAP / D)
+    lowest = min(path.vertices[:, 1].min() for path in beside.collections[0].get_paths())
+    assert lowest == pytest.approx(-1e3 * 2 * FLAP * np.sin(TURN), rel=1e-6)
+    (tmp_path / "scene.json").write_text(dump(run.scene))
+    flat, cells = disc(RADIUS, FLAP, D)
+    points, none = np.column_stack([flat, 0 * flat[:, 0]]), np.zeros(len(cells))
+    data = {"broken": none.astype(np.uint8), "rupture_time": none + np.nan, "damage": none}
+    body = BodyFrame("plate", points, cells, {"reference": points, "velocity": 0 * points}, data)
+    FramesWriter(tmp_path / "frames").append(Frame(0.0, 0, (body,)))
+    assert plan(RunFolder(tmp_path)) is None
