@@ -99,7 +99,7 @@ def scene(
     alpha: Dimensionless = 1.0,
     whole: bool = False,
 ) -> Scene:
-    d = spacing or (3.5e-3 if (specimen, quality) == ("FU", "draft") else SPACING[quality])  # a half is twice a quarter
+    d = spacing or (4e-3 if (specimen, quality) == ("FU", "draft") else SPACING[quality])  # a half is twice a quarter
     hole, thin = HOLES[specimen], THIN.get(specimen)
     height = HIGH - (thin or BASE)
     quarters = 4 if whole else 2 if specimen == "FU" else 1
