@@ -14,6 +14,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from scipy.spatial import cKDTree
 
 from ..frame import BodyFrame
 from ..output.folder import RunFolder
@@ -24,7 +25,7 @@ from .panel import PLASTIC
 FLAT = 1e-6  # of its size: a shell that is as thin as that is flat
 BROKEN, SLIT = "#d1242f", "#0d1117"
 LINES: dict[str, Any] = {"edgecolors": "#57606a", "linewidths": 0.15}
-NEAR = 1e-6  # of its size: nodes so near each other stand in one place
+NEAR = 1e-5  # of its size: nodes so near each other stand in one place
 
 
 def plan(run: RunFolder) -> Figure | None:
@@ -44,9 +45,8 @@ def _slits(body: BodyFrame) -> np.ndarray:
     """(K, 2) nodes of the sides along which other cells of the body lie whose nodes are others."""
     edges = border(body.cells)
     size = float(np.ptp(body.reference, axis=0).max())
-    middle = np.rint(body.reference[edges].mean(axis=1) / (NEAR * size)).astype(np.int64)
-    _, same, times = np.unique(middle, axis=0, return_inverse=True, return_counts=True)
-    return edges[times[same.ravel()] > 1]
+    pairs = cKDTree(body.reference[edges].mean(axis=1)).query_pairs(NEAR * size, output_type="ndarray")
+    return edges[np.unique(pairs)]
 
 
 def _mirrors(run: RunFolder, body: BodyFrame) -> list[tuple[float, float]]:
@@ -89,9 +89,8 @@ def _drawn(run: RunFolder, body: BodyFrame, slits: np.ndarray, time: float) -> F
             axes.set_aspect("equal")
             axes.set_ylabel(f"{name} [mm]")
         beside.set_xlabel("x [mm]")
-        above.set_title(
-            f"{run.scene.title}, {body.name} at {time * scale:.3g} {unit}: in the reference, and below as it lies, from the side"
-        )
+        above.set_title(f"{run.scene.title}: {body.name} in the reference")
+        beside.set_title(f"from the side, at {time * scale:.3g} {unit}")
         label = "plastic strain" if "plastic" in body.cell_data else "damage"
         figure.colorbar(ScalarMappable(norm, PLASTIC), ax=[above, beside], label=label, shrink=0.6, extend="max")
     return figure
