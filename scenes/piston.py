@@ -309,7 +309,7 @@ def quantities(specimen: str, velocity: float, piston: float, stem: float) -> li
 
 
 def of_thin(specimen: Specimen, velocity: float) -> list[Quantity]:
-    """What T says of thin bases; runs of F14, FU and F14 alone are long enough for a frequency."""
+    """What T says of thin bases. Runs of F14 and FU alone are long enough for a frequency."""
 
     def expected(tests: dict[tuple[str, float], tuple[float, float]], source: str) -> dict[str, float | str]:
         """The target of this test, value and tolerance, where it has one."""
