@@ -8,7 +8,20 @@ import pytest
 from taichi_sph import runtime
 from taichi_sph.bodies.body import Now
 from taichi_sph.errors import SceneError
-from taichi_sph.scene import FiniteElements, Galerkin, Material, Numerics, Output, Plate, Scene, Shell, StrainGauge, checked
+from taichi_sph.scene import (
+    Ball,
+    FiniteElements,
+    Galerkin,
+    Material,
+    Numerics,
+    Output,
+    Patch,
+    Plate,
+    Scene,
+    Shell,
+    StrainGauge,
+    checked,
+)  # fmt: skip
 from taichi_sph.world.world import World
 
 THICKNESS, ROUND, LONGER = 0.02, 2.0, 1.03  # m, m: radius that it is bent to, stretch across
@@ -84,3 +97,22 @@ def test_two_gauges_have_two_names():
 def test_a_gauge_lies_in_its_shell():
     with pytest.raises(SceneError, match="points out of the shell 'plate'"):
         World(scene(Galerkin(), [StrainGauge(name="g", point=MIDDLE, along=(0, 0, 1))]), threads=1)
+
+
+def test_of_a_shell_in_parts_the_part_that_bears_is_read():
+    """In the patch the particles, far from it the elements; both read the same stretch."""
+    places = {"in": MIDDLE, "out": (0.1, 0.1, 0.0)}
+    gauges = [StrainGauge(name=name, point=point, along=(1, 0, 0), side="middle") for name, point in places.items()]
+    patch = Patch(where=[Ball(centre=MIDDLE, radius=0.3)], spacing=1 / 24)
+    whole = scene(FiniteElements(points=1), gauges)
+    shell = whole.shells[0].model_copy(update={"patch": patch})
+    world = World(whole.model_copy(update={"shells": (shell,)}), threads=1)
+    inside, outside = world.strain_gauges
+    elements, particles = sorted(world.groups, key=lambda group: len(group.bodies[0].name))
+    assert inside.points is particles.points and outside.points is elements.points
+    for group in world.groups:
+        X = group.mesh.points
+        runtime.put(group.nodes.u, np.column_stack([0.02 * X[:, 0], 0 * X[:, 1], 0 * X[:, 2]]))
+        group.strain(Now())
+    for gauge in world.strain_gauges:
+        assert gauge.read()["strain"] == pytest.approx(0.02, rel=1e-6)

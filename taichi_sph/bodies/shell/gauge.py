@@ -31,7 +31,9 @@ class Gauge:
     def __init__(self, points: Any, body: ShellBody, said: StrainGauge):
         """points: the pool of stress points of the group."""
         mesh, per = body.mesh, body.points.n // body.cells.n
-        away = np.linalg.norm(mesh.centres - np.asarray(said.point), axis=1)
+        of_points = runtime.get(points.area, points.n)[body.points.first : body.points.first + body.points.n].astype(np.float64)
+        counts = of_points.reshape(-1, per).sum(axis=1) > 0  # of a shell in parts: where this one bears
+        away = np.where(counts, np.linalg.norm(mesh.centres - np.asarray(said.point), axis=1), np.inf)
         cells = np.flatnonzero(away <= 0.5 * (said.length or 0.0))
         if not len(cells):
             cells = np.array([np.argmin(away)])
