@@ -100,8 +100,8 @@ def test_a_gauge_lies_in_its_shell():
 
 
 def test_of_a_shell_in_parts_the_part_that_bears_is_read():
-    """In the patch the particles, far from it the elements; both read the same stretch."""
-    places = {"in": MIDDLE, "out": (0.1, 0.1, 0.0)}
+    """In the patch the particles, in the middle of an element that they replace too; far from it the elements. Both read one stretch."""
+    places = {"in": (0.5 + 1 / 24, 0.5 + 1 / 24, 0.0), "out": (0.1, 0.1, 0.0)}
     gauges = [StrainGauge(name=name, point=point, along=(1, 0, 0), side="middle") for name, point in places.items()]
     patch = Patch(where=[Ball(centre=MIDDLE, radius=0.3)], spacing=1 / 24)
     whole = scene(FiniteElements(points=1), gauges)
