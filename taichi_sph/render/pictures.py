@@ -24,7 +24,7 @@ from ..errors import SceneError
 from ..frame import BodyFrame
 from ..output.folder import RunFolder
 from ..output.measures.leak import tanks
-from . import crater, plots, struck
+from . import crater, plan, plots, struck
 from .backend import Backend, choose
 from .panel import (
     BENT,
@@ -313,6 +313,7 @@ def _struck(run: RunFolder, backend: Backend) -> list[Path]:
     for name, figure in (
         ("strikers", plots.strikers(run)),
         ("crater", crater.section(run)),
+        ("plan", plan.plan(run)),
         ("pressure", plots.piston(run)),
         *((name, plots.leak(run, fluid)) for fluid, name in tanks(run).items()),
     ):

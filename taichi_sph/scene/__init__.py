@@ -13,7 +13,7 @@ _WHERE = {
     "check": ("checked", "sentence"),
     "histories": ("Friedlander", "HalfSine", "Ramp", "Step", "TimePulse", "TimeTable", "Triangle"),
     "instead": ("Modes", "Static", "StepLimit"),
-    "kept": ("Output", "Probe", "Quantity"),
+    "kept": ("Output", "Probe", "Quantity", "StrainGauge"),
     "kinds": ("Kind",),
     "library": ("ductile", "material", "materials"),
     "loads": (

@@ -117,11 +117,12 @@ def scene(s: Scene) -> None:
             if getattr(s, key):
                 raise ValueError(f"limit: {key} would drive the motion whose growth is looked for; leave them out")
         _still(s, "limit", "a prescribed motion would drive the motion whose growth is looked for")
-    taken: set[str] = set()
-    for number, probe in enumerate(s.output.probes):
-        if probe.name in taken:
-            raise ValueError(f"output.probes[{number}].name: '{probe.name}' is taken")
-        taken.add(probe.name)
+    for key in ("probes", "gauges"):
+        taken: set[str] = set()
+        for number, probe in enumerate(getattr(s.output, key)):
+            if probe.name in taken:
+                raise ValueError(f"output.{key}[{number}].name: '{probe.name}' is taken")
+            taken.add(probe.name)
     quantities: list[tuple[str, dict[str, object]]] = []
     for quantity in s.quantities:
         if (quantity.name, quantity.options) in quantities:

@@ -115,9 +115,11 @@ class Scene(Frozen):
         """Entries that name no body take the only one that can bear them: from here on all of them name theirs."""
         for key in LOADS:
             self.__dict__[key] = tuple(self._named(entry, key, f"{key}[{n}]") for n, entry in enumerate(getattr(self, key)))
-        probes = tuple(self._named(entry, "probes", f"output.probes[{n}]") for n, entry in enumerate(self.output.probes))
-        if probes != self.output.probes:
-            self.__dict__["output"] = self.output.model_copy(update={"probes": probes})
+        for key in ("probes", "gauges"):
+            before = getattr(self.output, key)
+            named = tuple(self._named(entry, key, f"output.{key}[{n}]") for n, entry in enumerate(before))
+            if named != before:
+                self.__dict__["output"] = self.output.model_copy(update={key: named})
 
     def _named(self, entry: Any, key: str, where: str) -> Any:
         able = [body.name for body in self.bodies if key in body.bears]

@@ -14,11 +14,11 @@ from .. import runtime
 from ..bodies import kinds as body_kinds
 from ..bodies.body import Entries, Now, common_schedule, holding
 from ..couplings import kinds as coupling_kinds
-from ..errors import RunStopped
+from ..errors import RunStopped, SceneError
 from ..frame import Frame
 from ..observers.leak import UNITS, gauges
 from ..pool import Pool, restore_all, state_of
-from ..scene import Probe, Scene
+from ..scene import Probe, Scene, StrainGauge
 from . import growth, watchdog
 from .ledger import balance, summed
 from .step import step
@@ -65,6 +65,8 @@ class World:
         self.every = common_schedule(self.groups)
         self.leaks = gauges(scene, self.groups)
         self._probed = [(p, *self._followed(p)) for p in scene.output.probes]
+        timed = scene.modes is None and scene.limit is None
+        self.strain_gauges = [self._glued(gauge) for gauge in (scene.output.gauges if timed else ())]
         for one in (*self.groups, *self.couplings):
             one.start()
         self.grown = growth.Grown(growth.names_of(self)) if growth.grows(scene) else None
@@ -84,6 +86,15 @@ class World:
         if len(found) == 1:
             return found[0]
         return min(found, key=lambda one: float(np.linalg.norm(one[0].mesh.points[one[1]] - np.asarray(probe.point))))
+
+    def _glued(self, said: StrainGauge) -> Any:
+        """A strain gauge on its shell; of one in parts on the nearest."""
+        spans = [(group, span.name) for group in self.groups for span in group.bodies]
+        parts = [(group, name) for group, name in spans if self.scene.body(name).name == said.body]
+        found = min((group.gauge(said, name) for group, name in parts), key=lambda gauge: gauge.away)
+        if not found.flat:
+            raise SceneError(f"gauge '{said.name}': along {said.along} points out of the shell '{said.body}'; it must lie in its surface")
+        return found
 
     def _instead(self) -> Any:
         """What is done in place of motion (bodies.body.InPlace); None where bodies move."""
@@ -311,14 +322,14 @@ class World:
         if look:
             for leak in self.leaks:
                 leak.look(self.time)
-        found = {leak.name: leak.row for leak in self.leaks}
+        found = {leak.name: leak.row for leak in self.leaks} | {gauge.name: gauge.read() for gauge in self.strain_gauges}
         for group in self.groups:
             found |= group.tracks(look)
         return found
 
     def track_units(self) -> dict[str, dict[str, str]]:
         """Units of the columns of each history in `tracks`."""
-        found = {leak.name: UNITS for leak in self.leaks}
+        found = {leak.name: UNITS for leak in self.leaks} | {gauge.name: gauge.units for gauge in self.strain_gauges}
         for group in self.groups:
             found |= {name: {c: group.track_units[c] for c in row} for name, row in group.tracks(look=False).items()}
         return found

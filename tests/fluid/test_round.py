@@ -11,17 +11,17 @@ from taichi_sph.bodies.rigid.said import DiscFace, TubeFace
 from taichi_sph.scene import Box, Driven, Numerics, Pinball, Rigid, Scene, Wall
 
 
-@pytest.mark.parametrize("quarter", [False, True])
-def test_rings_follow_the_wall_and_hold_the_volume(quarter):
+@pytest.mark.parametrize("part, share", [({}, 1.0), ({"half": True}, 0.5), ({"quarter": True}, 0.25)], ids=["whole", "half", "quarter"])
+def test_rings_follow_the_wall_and_hold_the_volume(part, share):
     d = 2e-3
-    made = fill(Fluid(name="water", fill=FluidRound(columns=[(0.04, 0, 0.05), (0.01, -0.02, 0)], quarter=quarter)), d)
+    made = fill(Fluid(name="water", fill=FluidRound(columns=[(0.04, 0, 0.05), (0.01, -0.02, 0)], **part)), d)
     r = np.hypot(*made.points[:, :2].T)
-    volume = np.pi * (0.04**2 * 0.05 + 0.01**2 * 0.02) * (0.25 if quarter else 1.0)
+    volume = np.pi * (0.04**2 * 0.05 + 0.01**2 * 0.02) * share
     assert made.volume == pytest.approx(volume) and made.spacing == pytest.approx(d, rel=0.02)
     column = made.points[:, 2] > 0
     assert r[column].max() == pytest.approx(0.04 - 0.5 * d, abs=0.05 * d) and r[~column].max() == pytest.approx(0.01 - 0.5 * d, abs=0.1 * d)
     assert len(np.unique(made.points, axis=0)) == len(made.points)
-    assert (made.points[:, :2] > 0).all() or not quarter
+    assert (made.points[:, 0] > 0).all() == (share == 0.25) and (made.points[:, 1] > 0).all() == (share < 1)
     # as many in equal areas
     within = (r < 0.04 * np.sqrt(0.5)) & column
     assert within.sum() / column.sum() == pytest.approx(0.5, abs=0.03)
@@ -50,6 +50,8 @@ def test_what_is_no_face_is_refused():
         TubeFace(start=(0, 0, 0), end=(0, 0, 0), radius=0.01)
     with pytest.raises(ValidationError, match="holds nothing"):
         FluidRound(columns=[(0.01, 1.0, 1.0)])
+    with pytest.raises(ValidationError, match="quarter and half are both set"):
+        FluidRound(columns=[(0.01, 0.0, 1.0)], quarter=True, half=True)
 
 
 @pytest.mark.xfail(reason="the base bears 0.94 of 2 rho c V at 28 D across, as walls of cans do (docs/method.md, 11)", strict=True)

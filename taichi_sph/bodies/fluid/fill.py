@@ -396,7 +396,7 @@ def _rings(filled: FluidRound, d: float) -> np.ndarray:
         edges = radius * np.sqrt(within / within[-1])
         plane = []
         for inner, outer, n in zip(edges, edges[1:], np.diff(within)):
-            turn = 0.5 * np.pi * (np.arange(n if filled.quarter else 4 * n) + 0.5) / n
+            turn = 0.5 * np.pi * (np.arange(filled.quarters * n) + 0.5) / n
             plane.append(0.5 * (inner + outer) * np.column_stack([np.cos(turn), np.sin(turn)]))
         across = np.concatenate(plane) + np.array(filled.at)
         z = low + (high - low) * (np.arange(layers) + 0.5) / layers

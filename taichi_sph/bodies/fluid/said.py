@@ -59,15 +59,23 @@ class FluidBox(Frozen):
 
 class FluidRound(Frozen):
     """Upright round columns of one fluid about the axis `at` (x, y), each (radius, from z, to z); rings of particles follow the walls.
-    `quarter`: only what lies beyond x and y of the axis, where two planes mirror it."""
+    `quarter`: only what lies beyond x and y of the axis, where two planes mirror it; `half`: what lies beyond y, where one does."""
 
     kind: Literal["round"] = "round"
     at: tuple[Length, Length] = (0.0, 0.0)
     columns: Annotated[tuple[tuple[Length, Length, Length], ...], Field(min_length=1, max_length=100)]
     quarter: StrictBool = False
+    half: StrictBool | None = None
+
+    @property
+    def quarters(self) -> int:
+        """How many quarters of the columns there are."""
+        return 1 if self.quarter else 2 if self.half else 4
 
     @model_validator(mode="after")
     def _has_inside(self) -> FluidRound:
+        if self.quarter and self.half:
+            raise ValueError("quarter and half are both set: columns are one of them; leave one out")
         for radius, low, high in self.columns:
             if radius <= 0 or low >= high:
                 raise ValueError(f"columns: radius {radius:g} m from {low:g} to {high:g} m holds nothing")
@@ -80,7 +88,7 @@ class FluidRound(Frozen):
 
     @property
     def volume(self) -> float:
-        return (0.25 if self.quarter else 1.0) * sum(math.pi * radius**2 * (high - low) for radius, low, high in self.columns)
+        return 0.25 * self.quarters * sum(math.pi * radius**2 * (high - low) for radius, low, high in self.columns)
 
 
 class ShellFill(Frozen):

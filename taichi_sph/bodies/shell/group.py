@@ -16,6 +16,7 @@ from ...errors import RunStopped
 from ...frame import BodyFrame
 from ...numerics.reduce import BLOCK, Reducer, fastest
 from ...pool import Pool
+from ...scene.kept import StrainGauge
 from ...scene.schema import Scene
 from ..body import Clocked, Entries, InPlace, Now, Rest, Span
 from ..nodal.loads import Loads
@@ -39,6 +40,7 @@ from .build import (
     quarters,
 )
 from .finer_surface import CellPoints
+from .gauge import Gauge
 from .metal import thicknesses
 from .parts import Part
 from .parts_shown import at_most
@@ -332,6 +334,10 @@ class ShellGroup(Rest):
             for letter, field in (("u", self.nodes.u), ("v", self.nodes.v))
             for c, axis in enumerate("xyz")
         }
+
+    def gauge(self, said: StrainGauge, name: str) -> Gauge:
+        """A strain gauge on the body of that name."""
+        return Gauge(self.points, self.of(name), said)
 
     track_units = UNITS
 

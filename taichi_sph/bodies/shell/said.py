@@ -140,7 +140,7 @@ class Shell(Body):
     the scene, for this shell alone; None: what stands there. `every`: steps of the clock between two of the shell's own; None: 1.
     """
 
-    bears: ClassVar[frozenset[str]] = frozenset({"forces", "moments", "pressures", "gases", "motions", "initial", "probes"})
+    bears: ClassVar[frozenset[str]] = frozenset({"forces", "moments", "pressures", "gases", "motions", "initial", "probes", "gauges"})
     what: ClassVar[str] = "shell"
     holds_springs: ClassVar[bool] = True
     has_nodes: ClassVar[bool] = True

@@ -13,7 +13,7 @@ from ...errors import SceneError, nearest
 from ...scene import Scene
 from ...scene.check import shortened
 from ..folder import RunFolder
-from . import column, cracks, entry, expansion, fluid, folds, fragments, leak, penetration, perforation, plates, solids, waves
+from . import column, cracks, entry, expansion, fluid, folds, fragments, leak, parting, penetration, perforation, plates, solids, waves
 
 Measure = Callable[..., float | None]
 
@@ -51,6 +51,10 @@ MEASURES: dict[str, tuple[Measure, str]] = {  # name -> function, unit
     "opening_diameter": (fragments.opening_diameter, "m"),
     "crack_opening": (fragments.crack_opening, "m"),
     "petals": (fragments.petals, ""),
+    "turn_angle": (parting.turn_angle, "deg"),
+    "rim_severed": (parting.rim_severed, ""),
+    "rim_severed_at": (parting.rim_severed_at, "s"),
+    "tip_crack_length": (parting.tip_crack_length, "m"),
     "striker_speed": (perforation.striker_speed, "m/s"),
     "striker_energy_lost": (perforation.striker_energy_lost, "J"),
     "drag_coefficient": (entry.drag_coefficient, ""),

@@ -31,9 +31,9 @@ def history_value(run: RunFolder, scene: Scene, *, history: str, column: str, ti
 
 
 def history_peak(run: RunFolder, scene: Scene, *, history: str, column: str, start: float = 0.0, end: float = math.inf) -> float | None:
-    """Largest absolute value of a column between `start` and `end` [s]; None without a sample there."""
+    """Largest absolute value of a column between `start` and `end` [s], of samples that are numbers; None without one there."""
     found = run.history(history)
-    values = found[column][(found.time >= start) & (found.time <= end)]
+    values = found[column][(found.time >= start) & (found.time <= end) & np.isfinite(found[column])]
     return float(np.abs(values).max()) if len(values) else None
 
 
