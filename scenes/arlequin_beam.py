@@ -4,6 +4,7 @@
 element. 3000 N across the end at once, which keep their direction. P says neither where it is held nor of what it takes the displacement:
 a clamped beam and its end fit the first time (166.6 us), not the second (489.4 us) nor the amplitudes (22.91 and 23.14 mm). So elements and
 particles are held to our own elements alone (`form` = "elements"): times and amplitudes of the first two largest deflections within 0.5 %.
+The first one has two tops, 11 us apart, which differ by 2e-5 of it: the first of them counts.
 P, coupled to elements alone: 0.9 and 1.5 % of the times, 0.4 and 1.3 % of the amplitudes.
 
     python scenes/arlequin_beam.py --quality paper --out DIR
@@ -33,7 +34,10 @@ from taichi_sph.scene import (
 LENGTH, WIDE, SIDE, FROM, FORCE = 36e-3, 5e-3, 1e-3, 24e-3, 3000.0  # m, N
 END = 2e-3  # m, from both sides: a node of every form
 YOUNG, POISSON, DENSITY = 30e9, 0.22, 2300.0
-OURS = ((169.71e-6, 30.738e-3), (561.29e-6, 30.627e-3))  # s, m: taichi-sph run arlequin_beam --set form=elements
+OURS = (
+    (169.71e-6, 30.738e-3, 174e-6),
+    (561.29e-6, 30.627e-3, 631e-6),
+)  # s, m, s up to which it is looked for: taichi-sph run arlequin_beam --set form=elements
 PARTICLES = {"draft": (2,), "standard": (2, 3), "paper": (2, 3, 4)}  # along the edge of an element
 
 
@@ -50,8 +54,8 @@ def one(quality: Quality, form: str, n: int) -> Scene:
     """One form, with n particles along the edge of an element."""
     at_end = {"history": "probe_end", "column": "u_z"}
     quantities = []
-    for time, high in OURS:
-        options = {**at_end, "start": time - 70e-6, "end": time + 70e-6}
+    for time, high, end in OURS:
+        options = {**at_end, "start": time - 70e-6, "end": end}
         said = "our elements alone"
         quantities += [
             Quantity(name="history_peak", unit="m", value=high, tolerance=0.005 * high, source=said, options=options),

@@ -20,7 +20,8 @@ INSIDE = Brick(size=(5, 5, 5)), (Box(lo=(2, 2, 2), hi=(3, 3, 3)),)
 def patched(shape: Any = BAR[0], where: Any = BAR[1], n: int = 2, **more: Any) -> Any:
     """A Scene of elements 1 m wide, n particles along each; `patch`: more keys of the patch."""
     patch = SolidPatch(**{"where": where, "spacing": 1.0 / n} | more.pop("patch", {}))
-    return solid_scene(shape, more.pop("material", None), 1.0, more.pop("duration", 1.0), solid={"patch": patch}, **more)
+    solid = {"patch": patch} | more.pop("solid", {})
+    return solid_scene(shape, more.pop("material", None), 1.0, more.pop("duration", 1.0), solid=solid, **more)
 
 
 def skew(n: tuple[int, int, int], by: float = 0.2) -> Any:

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation as Turn
 
 from taichi_sph import runtime
-from taichi_sph.scene import Ball, Box, Brick, InitialVelocity, NodalForce, Perfect, PrescribedVelocity, Ramp, Rotation
+from taichi_sph.scene import Ball, Box, Brick, Concrete, InitialVelocity, NodalForce, Perfect, PrescribedVelocity, Ramp, Rotation
 from taichi_sph.world import watchdog
 
 from ..exact import restarts_exactly, threads_change_nothing
@@ -17,6 +17,9 @@ SKEW = skew((6, 3, 3)), (Ball(centre=(6.5, 1.5, 1.4), radius=1.4),)
 SPIN = np.array([10.0, 30.0, 5.0])
 HELD = {"motions": [PrescribedVelocity(body="body", where=Box(hi=(1e-6, None, None)), velocity=(0, 0, 0))]}
 PULL = {"forces": [NodalForce(body="body", where=Box(lo=(2.2, None, None)), total=(1e8, 3e7, 1e7), history=Ramp(rise=2e-3))]}
+
+
+CONCRETE = {"young": 30e9, "poisson": 0.22, "density": 2300.0, "damage": Concrete(tension=19.3e6, compression=115e6, B=965.0)}
 
 
 def momenta(sim) -> tuple[np.ndarray, np.ndarray]:
@@ -85,7 +88,10 @@ def test_the_ledger_closes_and_the_masses_are_whole():
     assert abs(energies["closed_residual_percent"]) < 2e-3
 
 
-@pytest.mark.parametrize("material", [None, {"strength": Perfect(yield_stress=2e8)}])
+YIELDS = {"strength": Perfect(yield_stress=2e8)}
+
+
+@pytest.mark.parametrize("material", [None, pytest.param(YIELDS, marks=pytest.mark.long)])
 def test_restart_and_threads(material):
     given = {"initial": [InitialVelocity(body="body", where=Box(lo=(6.0, None, None)), velocity=(0, 0, 60.0))]}
     made = patched(material=material, **HELD, **PULL, **given)
@@ -133,3 +139,24 @@ def test_packets(from_elements, monkeypatch):
     found = thrown_back(10.0, from_elements, 3)
     print(found)
     assert found < 1e-3
+
+
+@pytest.mark.long
+def test_single_precision():
+    """The same motion to 1e-3."""
+    ends = []
+    for precision in ("f64", "f32"):
+        sim = start(patched(numerics={"precision": precision}, **HELD, **PULL))
+        sim.advance_to(3e-3)
+        ends.append(of_nodes(tied(sim).particles, "u"))
+    assert np.abs(ends[1] - ends[0]).max() < 1e-3 * np.abs(ends[0]).max()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("more", [{"material": YIELDS}, {"material": CONCRETE}, {"solid": {"viscous": True}}])
+def test_other_laws(more):
+    """A bar that is pulled beyond what it bears elastically: the ledger closes."""
+    sim = start(patched(**more, **HELD, **PULL))
+    sim.advance_to(4e-3)
+    energies = sim.energies()
+    assert abs(energies["closed_residual_percent"]) < 0.1 and tied(sim).left()[0] < 1e-12

@@ -83,6 +83,13 @@ def test_a_support_among_what_is_tied():
         start(patched(**motion(Box(lo=(5.4, None, None), hi=(5.6, None, None)))))
 
 
+def test_one_particle_an_element_is_for_straight_overlaps():
+    """Where the overlap bends it would be held by more constraints than it has motions: a skew block was stiffer by a half."""
+    with pytest.raises(SceneError, match="has one particle along the edge of an element.* give the patch half the spacing"):
+        start(patched(skew((6, 3, 3)), (Ball(centre=(6.5, 1.5, 1.4), radius=1.4),), 1))
+    assert start(patched(n=1)).couplings[-1].factor.implied == 0
+
+
 def test_what_is_measured_of_a_whole_solid():
     given = [InitialVelocity(body="body", velocity=(0, 0, 1.0))]
     for name, unit in (("body_length", "m"), ("body_speed", "m/s")):

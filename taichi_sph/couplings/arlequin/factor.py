@@ -6,7 +6,7 @@ others imply are left out. NumPy, SciPy.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -22,11 +22,12 @@ LEAST = 1e-10  # of a pivot of the scaled H: below, a constraint is said by othe
 @dataclass
 class Factor:
     """rows: C, scaled and renumbered; lower (R, band + 1): L of H = L L^T, row by row, its diagonal last; first (R,): where a row of L
-    begins; smallest: pivot of H."""
+    begins; smallest: pivot of H; implied: number of constraints that were left out, for the others imply them."""
 
     rows: Constraints
     lower: np.ndarray
     first: np.ndarray
+    implied: int = 0
 
     @property
     def band(self) -> int:
@@ -64,8 +65,9 @@ def factorised(found: Constraints, mass_of_elements: np.ndarray, mass_of_particl
         factor = None
     if factor is None or factor.smallest < LEAST:
         rows = _independent(H)
+        implied = H.shape[0] - len(rows)
         found = Constraints(found.elements[rows], found.particles[rows], found.length)
-        factor = _banded(found, sp.csr_array(H[rows][:, rows]), scale[rows])
+        factor = replace(_banded(found, sp.csr_array(H[rows][:, rows]), scale[rows]), implied=implied)
     return factor
 
 

@@ -17,9 +17,11 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
+from ...errors import SceneError
 from ...geometry.solids import Split
 from ...geometry.solids.mesh import shapes
 from .constraints import Constraints, rows_along
+from .factor import Factor
 from .tied import Tied
 
 
@@ -44,6 +46,16 @@ class TiedSolid(Tied):
         weight = rows_along(N, split.jumps[faces][on.face][:, None] * on.area)
         elements, particles = (sp.csr_array(weight @ part) for part in (N, sp.csr_array(on.functions)))
         return Constraints(elements, particles, np.ones(len(mesh.points)))
+
+    def factorised(self) -> Factor:
+        """SceneError where one particle an element would be held by more constraints than it has motions: the overlap would lock."""
+        found = super().factorised()
+        if self.split.n == 1 and found.implied:
+            raise SceneError(
+                f"the patch of solid '{self.name}' has one particle along the edge of an element, which is possible where both borders of the "
+                "overlap are planes; give the patch half the spacing"
+            )
+        return found
 
     def report(self) -> dict[str, float]:
         """As of shells (coupling.py). Nothing of a solid in parts ruptures, and it has no directors."""
