@@ -52,8 +52,8 @@ class TiedSolid(Tied):
         found = super().factorised()
         if self.split.n == 1 and found.implied:
             raise SceneError(
-                f"the patch of solid '{self.name}' has one particle along the edge of an element, which is possible where both borders of the "
-                "overlap are planes; give the patch half the spacing"
+                f"the patch of solid '{self.name}' has one particle along the edge of an element, which is possible where both borders of "
+                "the overlap are planes; give the patch half the spacing"
             )
         return found
 
