@@ -39,9 +39,11 @@ def test_doubles_are_refused_before_anything_is_started():
 def test_patches_are_refused(monkeypatch):
     """A tie solves its constraints in one thread."""
     monkeypatch.setattr(runtime, "current", lambda: SimpleNamespace(arch="vulkan"))
-    scene = SimpleNamespace(shells=[SimpleNamespace(name="tank", patch=object())])
-    with pytest.raises(SceneError, match="patch of shell 'tank' is not possible on 'vulkan'"):
-        couplings(scene, [], [])
+    tank = SimpleNamespace(name="tank", patch=object())
+    for what in ("shell", "solid"):
+        scene = SimpleNamespace(**{"shells": [], "solids": [], f"{what}s": [tank]})
+        with pytest.raises(SceneError, match=f"patch of {what} 'tank' is not possible on 'vulkan'"):
+            couplings(scene, [], [])
 
 
 # Loops of one thread that a shader may run, and what keeps them short; whoever adds one adds its twin for devices (runtime.one_by_one)

@@ -441,10 +441,12 @@ def _points(bodies: Sequence[BodyFrame], factor: float) -> np.ndarray:
 
 def alike(folders: Sequence[Path | str]) -> bool:
     """Whether the last frames of runs without time show something at one scale: the largest displacement of each is
-    a twentieth of that of all at least. Where there is time, always."""
+    a twentieth of that of all at least. Where there is time, always; without a shell never."""
     farthest = []
     for folder in folders:
         with RunFolder(folder) as run:
+            if not run.of_kind("shell"):
+                return False
             if run.scene.increments is None:
                 return True
             farthest.append(max(float(np.max(cell_values(b, "displacement"), initial=0)) for b in struck.whole(run, -1)))

@@ -18,6 +18,7 @@ from ..bodies.fluid.step import stable_step
 from ..bodies.rigid import solid as rigid_bodies
 from ..bodies.shell.parts import Part, Split, meshed, parts, split_of
 from ..bodies.shell.sections import Sheet, Sheets, sheets_of
+from ..bodies.solid import parts as of_solids
 from ..bodies.solid.build import hastened, lit
 from ..couplings.springs.said import longest_of
 from ..couplings.welds.places import welded
@@ -141,7 +142,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     memory_there = files.memory()
     counts = check_counts(scene, memory_there)  # before anything is made
     generated = [shell.surface for shell in scene.shells if not isinstance(shell.surface, Given) and shell.patch is None]
-    given = len(generated) < len(scene.shells) or any(not isinstance(solid.shape, Generated) for solid in scene.solids)
+    given = len(generated) < len(scene.shells) or any(not isinstance(s.shape, Generated) or s.patch is not None for s in scene.solids)
     if sum(counts.values()) + HOLE * sum(len(surface.holes) for surface in generated) > large and not given:
         bodies = tuple(_counted_shell(shell, counts[shell.name], scene) for shell in scene.shells)
         bodies += tuple(_rigid(rigid_bodies.solid_of(body, scene)) for body in scene.rigids)
@@ -163,7 +164,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     bodies = tuple(_part(one, made, scene) for one in parts(scene))
     bodies += tuple(map(_rigid, rigids.values()))
     bodies += tuple(_fluid(fluid, made.fillings[fluid.name], scene, made.meshes) for fluid in scene.fluids)
-    bodies += tuple(_solid(solid, made.solids[solid.name], scene) for solid in scene.solids)
+    bodies += tuple(_solid_part(one, made, scene) for one in of_solids.parts(scene.solids))
     return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second, made)
 
 
@@ -372,6 +373,18 @@ def _solid(solid: Solid, mesh: SolidMesh, scene: Scene) -> BodyPlan:
     mass = float(mesh.volumes.sum()) * solid.material.density
     note = "; ".join((f"{len(mesh.cells)} cells", *mesh.notes, *_pressed(solid)))
     return _of_cells(solid, scene, (len(mesh.points), len(mesh.cells)), mass, finest, note)
+
+
+def _solid_part(one: of_solids.Part, made: Made, scene: Scene) -> BodyPlan:
+    """A solid, or its elements, or its particles."""
+    if one.whole.patch is None:
+        return _solid(one.said, made.solids[one.whole.name], scene)
+    split, mesh = of_solids.meshed(one, scene)
+    assert split is not None
+    own = one.said.name == one.whole.name
+    mass = float((split.volumes_of_elements if own else split.volumes_of_particles).sum()) * one.said.material.density
+    note = f"{'elements' if own else 'particles'} of solid '{one.whole.name}', {len(mesh.cells)} cells"
+    return replace(_solid(one.said, mesh, scene), mass=mass, analytic_mass=None, note=note)
 
 
 def _pressed(solid: Solid) -> list[str]:

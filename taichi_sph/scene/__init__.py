@@ -35,7 +35,7 @@ _WHERE = {
     "..bodies.fluid.said": ("Acoustic", "Finer", "Fluid", "FluidBox", "FluidRound", "Hole", "ShellFill", "Tait", "Wall", "Water"),
     "..bodies.rigid.said": ("DiscFace", "Driven", "Pinball", "Rigid", "TubeFace"),
     "..bodies.shell.said": ("Collocation", "Cut", "FiniteElements", "Galerkin", "Patch", "Section", "Shell", "Viscosity"),
-    "..bodies.solid.said": ("Detonation", "Particles", "Solid", "Trilinear"),
+    "..bodies.solid.said": ("Detonation", "Particles", "Solid", "SolidPatch", "Trilinear"),
     "..couplings.contact.said": ("Meeting", "PinballContact"),
     "..couplings.drag.said": ("Drag",),
     "..couplings.gas.said": ("Gas",),

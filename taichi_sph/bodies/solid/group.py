@@ -19,21 +19,22 @@ from ..nodal.motion import kick_and_drift
 from ..nodal.nodes import Nodes
 from ..nodal.supports import UNITS
 from ..within import each_of
-from .build import SolidBody, alike, bodies_of, chemical, initial_velocity, lit, node_forces, node_motions
+from .build import SolidBody, alike, bodies_of, chemical, initial_velocity, lit, motions_of, node_forces, node_motions
 from .forces import gather, strain
+from .parts import Part
 from .pool import SolidCells, SolidMaterial
 from .port import Skin, SolidSurface
 from .said import Solid
 from .stable_dt import StableStep
 from .surface import SolidPoints
-from .table import Table, table_of
+from .table import OnFaces, Table, on_faces, table_of
 
 OPEN = 3.0  # speed of a gas over that of its detonation
 
 
 def groups(scene: Scene, others: Sequence[Group], own: Sequence[Solid]) -> list[SolidGroup]:
     """The groups of the scene's solids: one for each set of laws."""
-    return [SolidGroup(scene, solids, suffix) for suffix, solids in alike(own)]
+    return [SolidGroup(scene, some, suffix) for suffix, some in alike(own)]
 
 
 class SolidGroup(Rest):
@@ -42,18 +43,20 @@ class SolidGroup(Rest):
 
     kind = "solid"
 
-    def __init__(self, scene: Scene, solids: list[Solid], suffix: str = ""):
+    def __init__(self, scene: Scene, some: list[Part], suffix: str = ""):
         self.scene, self.suffix = scene, suffix
-        self.solids: tuple[SolidBody, ...] = bodies_of(scene, solids)
+        self.solids: tuple[SolidBody, ...] = bodies_of(scene, some)
+        solids = [one.said for one in some]
         self.mesh = joined([body.mesh for body in self.solids])
         self.bodies: tuple[Span, ...] = tuple(body.nodes for body in self.solids)
         count = np.array([[body.nodes.n, body.cells.n] for body in self.solids])
         numbers = np.arange(len(self.solids))
         density = np.array([body.said.material.density for body in self.solids])
-        mass = np.repeat(density, count[:, 0]) * self.mesh.node_volumes
+        mass = np.repeat(density, count[:, 0]) * np.concatenate([body.node_volumes for body in self.solids])
         self.weights = mass
         thrown = {one.body for one in scene.initial}
-        self.thrown = [body for body in self.solids if body.name in thrown or (None in thrown and len(scene.bodies) == 1)]
+        whole = [body for body in self.solids if body.split is None]
+        self.thrown = [body for body in whole if body.name in thrown or (None in thrown and len(scene.bodies) == 1)]
         self.nodes = Nodes(self.mesh, mass, None, np.repeat(numbers, count[:, 0]), f"solid.nodes{suffix}", dim=3)
         self.material = SolidMaterial([s.material for s in solids], [s.viscous for s in solids], f"solid.material{suffix}")
         pull = [
@@ -61,10 +64,11 @@ class SolidGroup(Rest):
             * (body.mesh.corners == 8)  # a tetrahedron has no residual
             for body in self.solids
         ]  # fmt: skip
-        table = _table(self.solids)
+        table, counts = _table(self.solids), np.concatenate([body.weights for body in self.solids])
         self.cells = SolidCells(
-            self.mesh, table, np.concatenate(pull), self.nodes, self.material, np.repeat(numbers, count[:, 1]), f"solid.cells{suffix}"
-        )
+            self.mesh, table, counts, np.concatenate(pull), self.nodes, self.material, np.repeat(numbers, count[:, 1]),
+            f"solid.cells{suffix}",
+        )  # fmt: skip
         self.reducer = Reducer(max(self.nodes.n, self.cells.n), f"reduce.solid{suffix}")
         self.loads = Loads(
             self.nodes, list(node_forces(scene, self.solids, mass)), list(node_motions(scene, self.solids)), (), f"solid.loads{suffix}"
@@ -178,6 +182,10 @@ class SolidGroup(Rest):
                 data["damage"] = np.zeros(len(own))
             if "rupture_time" not in data:
                 data["rupture_time"] = np.full(len(own), np.nan)
+            if body.split is not None:
+                data["weight"] = body.weights[side]
+            if body.split is not None and body.name == body.of:
+                data["hidden"] = (data["weight"] < 1.0).astype(np.uint8)
             of_nodes = {"reference": body.mesh.points} | {name: values[body.nodes.rows] for name, values in nodes.items()}
             found.append(BodyFrame(body.name, points[body.nodes.rows], faces.nodes[own], of_nodes, data, kind="solid"))
         return found
@@ -209,16 +217,21 @@ class SolidGroup(Rest):
                 found.setdefault(f"solid_{body.name}", {}).update({f"{letter}{axis}": float(mean[c]) for c, axis in enumerate("xyz")})
         if not self.loads.moves:
             return found
-        numbers = [k for body in self.solids for k, motion in enumerate(self.scene.motions, start=1) if motion.body == body.name]
+        numbers = [k for body in self.solids for k in motions_of(self.scene, body)]
         return found | dict(zip((f"support_{k}" for k in numbers), self.loads.supports.rows()))
 
     def wettables(self, name: str, spacing: float, meets: Callable[[str], bool]) -> list[SolidPoints]:
         """The points within the faces of the solids that are met. spacing [m]: that of the points of rigid surfaces."""
-        met = [body for body in self.solids if meets(body.name)]
+        met = [body for body in self.solids if body.split is None and meets(body.name)]
         return [SolidPoints(name, self, each_of(max(body.mesh.spacing for body in met), spacing), meets)] if met else []
 
-    def surface(self) -> SolidSurface:
-        return SolidSurface(self)
+    def surface(self) -> SolidSurface | None:
+        """None of a part, which nothing touches yet."""
+        return SolidSurface(self) if self.solids[0].split is None else None
+
+    def functions_on(self, faces: np.ndarray) -> OnFaces:
+        """Of the nodes, on faces of the mesh of a group that is one body."""
+        return on_faces(self.mesh, self.solids[0].said.formulation, faces)
 
     def pools(self) -> list[Pool]:
         return [self.nodes, self.cells, self.material, *self.loads.pools(), self.skin, self.stable]

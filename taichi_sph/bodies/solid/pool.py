@@ -94,9 +94,11 @@ class SolidCells(Pool):
     """Cells, a stress point each: coefficients and faces (constant), history, energies, and the forces on the nodes of each entry."""
 
     def __init__(
-        self, mesh: SolidMesh, table: Table, pull: np.ndarray, nodes: Nodes, material: SolidMaterial, body: np.ndarray, name: str = "cells"
-    ):
-        """pull (M,) [N/m]: stiffness of the residual at rest; body (M,): number of the body."""
+        self, mesh: SolidMesh, table: Table, counts: np.ndarray, pull: np.ndarray, nodes: Nodes, material: SolidMaterial, body: np.ndarray,
+        name: str = "cells",
+    ):  # fmt: skip
+        """counts (M,): what a cell counts, 1 where it is not one of two; pull (M,) [N/m]: stiffness of the residual at rest, of a cell that
+        counts 1; body (M,): number of the body."""
         super().__init__(name)
         self.n = n = len(mesh.cells)
         self.several = nodes.several
@@ -110,8 +112,8 @@ class SolidCells(Pool):
         self.push = field("push", k, 3, unit="N", doc="of an entry: force of the cell on its node")
         self.of_node = field("of_node", nodes.n + 1, dtype="i32", doc="where the entries of a node begin in entry")
         self.entry = field("entry", k, dtype="i32", doc="entries, by node")
-        self.volume = field("volume", n, unit="m3", doc="of the reference")
-        self.pull = field("pull", n, unit="N/m", doc="stiffness of the residual of the corners, while sound")
+        self.volume = field("volume", n, unit="m3", doc="of the reference, times what the cell counts")
+        self.pull = field("pull", n, unit="N/m", doc="stiffness of the residual of the corners, while sound, times what the cell counts")
         self.size = field("size", n, unit="m", doc="width across which bulk viscosity acts")
         self.stored = field("stored", n, dtype="f64", unit="J", doc="elastic energy of the last step", keeps=True)
         self.stiffer = field("stiffer", n, doc="square of the frequency over that at rest, by the stretch")
@@ -124,8 +126,8 @@ class SolidCells(Pool):
         put(self.B, table.B)
         put(self.of_node, np.r_[0, np.cumsum(np.bincount(table.node, minlength=nodes.n))].astype(np.int32))
         put(self.entry, order.astype(np.int32))
-        put(self.volume, mesh.volumes)
-        put(self.pull, pull)
+        put(self.volume, counts * mesh.volumes)
+        put(self.pull, counts * pull)
         put(self.size, np.cbrt(mesh.volumes))
         if material.damps:
             self.damped = field("damped", n, dtype="f64", unit="J", doc="taken by bulk viscosity so far", keeps=True)

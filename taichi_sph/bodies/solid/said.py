@@ -9,6 +9,7 @@ from pydantic import Field, StrictBool, model_validator
 from ...scene.base import Body, Choice, Direction, Frozen, Point
 from ...scene.kinds import Kind
 from ...scene.laws import Material
+from ...scene.regions import Region
 from ...scene.solids import Made, Shape
 from ...scene.units import Dimensionless, Length, Time, show
 
@@ -31,6 +32,18 @@ class Particles(Frozen):
     stabilisation: Annotated[Dimensionless, Field(ge=0, le=1)] = 1.0 / 6.0
 
 
+class SolidPatch(Frozen):
+    """Particles in a solid of finite elements (P, docs/method.md).
+
+    `where`: regions; elements whose middle is in one of them become particles, `spacing` apart. The elements around them, one wide, are
+    both: there the energies of both are weighed, one half each, and their velocities tied (Arlequin).
+    """
+
+    where: Annotated[tuple[Region, ...], Field(min_length=1, max_length=200)]
+    spacing: Annotated[Length, Field(gt=0)]
+    formulation: Particles = Particles()
+
+
 class Detonation(Frozen):
     """Where and when an explosive is lit: a front that begins at a `point`, or, with a `normal`, at the plane through it, and runs to both
     sides."""
@@ -48,7 +61,7 @@ class Detonation(Frozen):
 
 class Solid(Body):
     """A solid body: shape, material, form. `spacing` as in the numerics of the scene, for this body alone. `detonation`: of a body of
-    explosive."""
+    explosive. `patch`: particles in a solid of elements."""
 
     bears: ClassVar[frozenset[str]] = frozenset({"forces", "motions", "initial", "probes"})
     what: ClassVar[str] = "solid"
@@ -61,6 +74,7 @@ class Solid(Body):
     spacing: Annotated[Length, Field(gt=0)] | None = None
     viscous: StrictBool = False  # bulk viscosity in compression, which takes the ringing behind a front
     detonation: Detonation | None = None
+    patch: SolidPatch | None = None
 
     @model_validator(mode="after")
     def _believable(self) -> Solid:
@@ -87,7 +101,20 @@ class Solid(Body):
                 f"material.critical_damage: particles of a solid do not part yet, and '{self.name}' is of them; leave it out, and damage "
                 "grows without a crack, or set formulation to 'trilinear'"
             )
+        if self.patch is not None:
+            self._may_have_a_patch()
         return self
+
+    def _may_have_a_patch(self) -> None:
+        """Of elements, of a material that does not part."""
+        if self.formulation.kind != "trilinear":
+            raise ValueError(f"patch: particles in a solid of elements, and '{self.name}' is of particles; leave it out")
+        if self.material.burns is not None:
+            raise ValueError(f"patch: not possible yet for explosives, and '{self.name}' is one; leave it out")
+        if self.material.critical_damage is not None:
+            raise ValueError(
+                f"patch: particles of a solid do not part yet, and '{self.name}' has material.critical_damage; leave one of them out"
+            )
 
     def check(self, scene: Any) -> None:
         """Against the rest of the scene."""
@@ -106,9 +133,22 @@ class Solid(Body):
                     f"{scene.key_of(other)}: {other.what} '{other.name}' does not press on explosives yet, and '{self.name}' is one;"
                     f" part them by Meeting(between=('{self.name}', '{other.name}'), meet=False)"
                 )
+        if self.patch is not None:
+            self._alone(scene, where)
         for number, motion in enumerate(scene.motions):
             if motion.body == self.name and any(w is not None for w in motion.spin):
                 raise ValueError(f"motions[{number}].spin: the nodes of solid '{self.name}' do not turn; give velocities alone")
+
+    def _alone(self, scene: Any, where: str) -> None:
+        """What does not choose between elements and particles yet."""
+        for other in scene.bodies:
+            if other is not self and other.meets and scene.met(self.name, other.name).meet:
+                raise ValueError(
+                    f"{where}.patch: {other.what} '{other.name}' does not choose between elements and particles of '{self.name}' yet; part "
+                    f"them by Meeting(between=('{self.name}', '{other.name}'), meet=False), or leave the patch out"
+                )
+        if any(self.name in spring.between for spring in scene.springs):
+            raise ValueError(f"{where}.patch: springs do not choose between elements and particles of '{self.name}' yet; leave one out")
 
 
 KIND = Kind("solid", "solids", Solid, "taichi_sph.bodies.solid.group:groups", rank=4)

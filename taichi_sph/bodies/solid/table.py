@@ -46,7 +46,7 @@ def particles(mesh: SolidMesh, support: float) -> Table:
     """Moving least squares of order 1 on the faces; the kernel reaches 2 support spacings."""
     from scipy.sparse import csr_matrix
 
-    places, area, face = _gauss(mesh)
+    places, area, face, _ = _gauss(mesh)
     phi = _least_squares(mesh, places, support * _local(mesh, face))
     m, g = len(mesh.cells), len(places)
     at = np.concatenate([np.arange(g), np.arange(g)])
@@ -78,12 +78,33 @@ def _local(mesh: SolidMesh, face: np.ndarray) -> np.ndarray:
     return np.maximum(size[cells[:, 0]], np.where(cells[:, 1] < 0, 0.0, size[cells[:, 1]]))
 
 
-def _gauss(mesh: SolidMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(G, 3) places, (G, 3) area vectors out of the first cell, (G,) faces of the quadrature of all faces."""
+@dataclass(frozen=True)
+class OnFaces:
+    """The quadrature of some faces, four points each. area (G, 3): out of the first cell [m2]; face (G,): its place among them; shares
+    (G, 4): of its corners in the place of a point; functions (G, N): of the nodes there, sparse."""
+
+    area: np.ndarray
+    face: np.ndarray
+    shares: np.ndarray
+    functions: Any
+
+
+def on_faces(mesh: SolidMesh, form: Any, faces: np.ndarray) -> OnFaces:
+    """Of the quadrangles `faces` (F,) of a mesh of particles."""
+    places, area, face, shares = _gauss(mesh, faces)
+    place = np.full(len(mesh.faces.nodes), -1)
+    place[faces] = np.arange(len(faces))
+    return OnFaces(area, place[face], shares, _least_squares(mesh, places, form.support * _local(mesh, face)))
+
+
+def _gauss(mesh: SolidMesh, some: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """(G, 3) places, (G, 3) area vectors out of the first cell, (G,) faces of the quadrature of some faces, by itself of all, and (G, 4)
+    the shares of their corners."""
     nodes = mesh.faces.nodes
-    quad = nodes[:, 3] >= 0
+    of_all = np.ones(len(nodes), bool) if some is None else np.isin(np.arange(len(nodes)), some)
+    quad, triangle = of_all & (nodes[:, 3] >= 0), of_all & (nodes[:, 3] < 0)
     x = mesh.points
-    places, areas, faces = [], [], []
+    places, areas, faces, shares = [], [], [], []
     p = x[nodes[quad]]
     for a in GAUSS:
         for b in GAUSS:
@@ -93,14 +114,16 @@ def _gauss(mesh: SolidMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             places.append(np.einsum("k,fki->fi", shape, p))
             areas.append(0.25 * np.cross(along, across))
             faces.append(np.flatnonzero(quad))
-    t = x[nodes[~quad][:, :3]]
+            shares.append(np.tile(shape, (len(p), 1)))
+    t = x[nodes[triangle][:, :3]]
     for k in range(3):
         shape = np.full(3, 1 / 6)
         shape[k] = 2 / 3
         places.append(np.einsum("k,fki->fi", shape, t))
         areas.append(np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]) / 6.0)
-        faces.append(np.flatnonzero(~quad))
-    return np.concatenate(places), np.concatenate(areas), np.concatenate(faces)
+        faces.append(np.flatnonzero(triangle))
+        shares.append(np.tile(np.r_[shape, 0.0], (len(t), 1)))
+    return np.concatenate(places), np.concatenate(areas), np.concatenate(faces), np.concatenate(shares)
 
 
 def _least_squares(mesh: SolidMesh, places: np.ndarray, h: np.ndarray) -> Any:

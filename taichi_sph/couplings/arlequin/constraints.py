@@ -55,8 +55,9 @@ def constraints(split: Split, edge_means: sp.csr_array, points: np.ndarray, norm
         elements, particles = _on_volume(split, points)
         return Constraints(elements, particles, split.fine.length)
     at = Sides.of(split)
-    weight = _rows(split, at)
-    elements = weight @ _of_elements(split, at.cell, at.r, at.s)
+    N = _of_elements(split, at.cell, at.r, at.s)
+    weight = rows_along(N, at.b)
+    elements = weight @ N
     particles = weight @ edge_means[at.edge]
     found = Constraints(sp.csr_array(elements), sp.csr_array(particles), split.fine.length)
     _bend(found, split, points, normals)
@@ -112,10 +113,9 @@ def _of_elements(split: Split, cell: np.ndarray, r: np.ndarray, s: np.ndarray) -
     return sp.csr_array(sp.coo_array((shapes(r, s).ravel(), (row, node.ravel())), shape=(len(cell), len(split.nodes))))
 
 
-def _rows(split: Split, at: Sides) -> sp.csr_array:
-    """(R, K) N_l(x_e) b_e . t_la, rows of one node one after the other."""
-    N = _of_elements(split, at.cell, at.r, at.s)
-    tensor = np.einsum("ki,kj->kij", at.b, at.b).reshape(len(at.b), 9)
+def rows_along(N: sp.csr_array, b: np.ndarray) -> sp.csr_array:
+    """(R, K) N_l(x_e) b_e . t_la, rows of one node one after the other; N (K, nodes of the elements), b (K, 3)."""
+    tensor = np.einsum("ki,kj->kij", b, b).reshape(len(b), 9)
     square = N.copy()
     square.data **= 2
     around = (square.T @ tensor).reshape(-1, 3, 3)
@@ -125,7 +125,7 @@ def _rows(split: Split, at: Sides) -> sp.csr_array:
     of_node = sp.csr_array(N.T)[node]
     weight = sp.csr_array(of_node)
     row = np.repeat(np.arange(len(node)), np.diff(weight.indptr))
-    weight.data = weight.data * np.einsum("ki,ki->k", turned[row], at.b[weight.indices])
+    weight.data = weight.data * np.einsum("ki,ki->k", turned[row], b[weight.indices])
     return weight
 
 

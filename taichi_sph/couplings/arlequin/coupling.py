@@ -1,4 +1,4 @@
-"""Arlequin as a coupling of the world: elements and particles of one shell, tied where they overlap.
+"""Arlequin as a coupling of the world: elements and particles of one shell or solid, tied where they overlap.
 
 Damage is watched. Elements do not tear, and where particles of the overlap break, the elements under them would hold on. A real shell
 tears there. So the run stops where D_r reaches D_c in an element, or where a particle of the overlap breaks. A crack among the particles
@@ -8,39 +8,37 @@ changes the edge means of the sides near it. Where the crack comes near sides wi
 from __future__ import annotations
 
 from collections.abc import Sequence
-from time import perf_counter
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
 from ... import runtime
-from ...bodies.body import Group, Now, holding
-from ...bodies.shell.said import PARTICLES
+from ...bodies.body import Group, Now
+from ...bodies.shell.parts import Split
 from ...errors import RunStopped, SceneError
 from ...pool import Pool
 from ...scene.schema import Scene
 from ...scene.units import show
-from ..coupling import Coupling
-from .constraints import Sides, constraints
-from .factor import LEAST, Factor, factorised
-from .tie import Tie
+from .constraints import Constraints, Sides, constraints
+from .solid import TiedSolid
+from .tied import Tied
 
 
-def couplings(scene: Scene, groups: Sequence[Group], own: Sequence[Any]) -> list[ArlequinCoupling]:
-    """One for each shell of elements with a patch. SceneError on devices whose shaders cut the long sums of its factor off."""
-    patched = [shell for shell in scene.shells if shell.patch is not None]
-    if patched and not runtime.functions_of_64_bits():
-        raise SceneError(
-            f"arch: the patch of shell '{patched[0].name}' is not possible on '{runtime.current().arch}'; use --arch cpu or cuda"
-        )
-    return [ArlequinCoupling(scene, groups, shell.name, k) for k, shell in enumerate(patched, start=1)]
+def couplings(scene: Scene, groups: Sequence[Group], own: Sequence[Any]) -> list[Tied]:
+    """One for each shell or solid of elements with a patch. SceneError on devices whose shaders cut the long sums of its factor off."""
+    shells = [shell.name for shell in scene.shells if shell.patch is not None]
+    solids = [solid.name for solid in scene.solids if solid.patch is not None]
+    if (shells or solids) and not runtime.functions_of_64_bits():
+        whose = f"shell '{shells[0]}'" if shells else f"solid '{solids[0]}'"
+        raise SceneError(f"arch: the patch of {whose} is not possible on '{runtime.current().arch}'; use --arch cpu or cuda")
+    made: list[Tied] = [ArlequinCoupling(scene, groups, name, k) for k, name in enumerate(shells, start=1)]
+    return made + [TiedSolid(scene, groups, name, k) for k, name in enumerate(solids, start=1 + len(made))]
 
 
 EVERY = 50  # steps between two looks at damage
 OFTEN = 5  # where the patch grows
 NEAR = 0.1  # of D_c: an element whose damage has come so far becomes particles, where the patch grows
-STARTING = 3  # sweeps over the directors of the velocities that are given
 
 
 class Watch(Pool):
@@ -57,26 +55,12 @@ class Watch(Pool):
         self.coupling.follow()
 
 
-class ArlequinCoupling(Coupling):
-    """groups: that of the elements and that of the particles; tie: the constraints at work; seconds: of wall clock that they took."""
+class ArlequinCoupling(Tied):
+    """The parts of a shell."""
 
     def __init__(self, scene: Scene, groups: Sequence[Group], name: str, number: int):
-        self.name = name
-        self.groups: tuple[Any, Any] = (holding(groups, name)[0], holding(groups, name + PARTICLES)[0])
-        self.elements, self.particles = self.groups
-        self.split = self.particles.shells[0].split
-        one, two = (runtime.get(group.nodes.mass, group.nodes.n).astype(np.float64) for group in self.groups)
-        self.mass = one, two
-        self.factor = self._factor()
-        if self.factor.smallest < LEAST:
-            raise SceneError(
-                f"{scene.key_of(scene.body(name))}.patch: the constraints of its overlap depend on each other (a pivot of "
-                f"{self.factor.smallest:.2g}); choose another region or another weight"
-            )
-        bends = self.elements.nodes.bends
-        self.tie = Tie(self.factor, self.mass, bends, self.split.patch.directors, f"arlequin_{number}" if number > 1 else "arlequin")
-        self._loose(scene)
-        self.seconds, self.seen = 0.0, 0
+        super().__init__(scene, groups, name, number)
+        self.seen = 0
         self.critical = self.particles.shells[0].said.material.critical_damage
         self.grows = self.split.patch.grows
         self.wanted: tuple[int, ...] = ()  # elements, beside those of the regions, that must be particles from now on
@@ -86,47 +70,23 @@ class ArlequinCoupling(Coupling):
         self.near = np.concatenate([np.arange(start[e], start[e + 1]) for e in Sides.of(self.split).edge])
         self.cut = self._cut()
 
-    def _factor(self) -> Factor:
+    @property
+    def split(self) -> Split:
+        """The parts of the shell."""
+        return self.particles.shells[0].split
+
+    @property
+    def directors(self) -> bool:
+        return self.split.patch.directors
+
+    def rows(self) -> Constraints:
         """From the edge means of the particles as they are now."""
         rows, nodes = self.particles.internal.rows, self.particles.nodes
         coef, source = (runtime.get(field, rows.pairs) for field in (rows.coef, rows.source))
         start = runtime.get(rows.start, rows.n + 1)
         means = sp.csr_array((coef.astype(np.float64), source, start), shape=(rows.n, nodes.n))[: self.particles.internal.n_edges]
         normals = self.split.fine.mesh.node_normals
-        return factorised(constraints(self.split, means, self.split.fine.mesh.points, normals), *self.mass)
-
-    def _loose(self, scene: Scene) -> None:
-        """SceneError where a support holds a node that is tied."""
-        for group, used in zip(self.groups, self.tie.used):
-            held = int((runtime.get(group.nodes.fixed, group.nodes.n)[used] > 0).sum())
-            if held:
-                raise SceneError(
-                    f"{scene.key_of(scene.body(self.name))}.patch: a prescribed motion holds {held} nodes that the overlap ties; move the "
-                    "patch three of its spacings away from the support"
-                )
-
-    def start(self) -> None:
-        """The velocities, at t = 0 or where the patch has grown, as near as the constraints let them be."""
-        self._project("v", False)
-        if self.tie.turns:
-            for _ in range(STARTING):
-                self._project("omega", True)
-
-    def _project(self, name: str, turning: bool) -> None:
-        fields = [getattr(group.nodes, name) for group in self.groups]
-        now = [runtime.get(field, group.nodes.n) for field, group in zip(fields, self.groups)]
-        if not any(values.any() for values in now):
-            return
-        normals = [_directors(group) for group in self.groups]
-        rates = [np.cross(w, n) for w, n in zip(now, normals)] if turning else now
-        rows, L = self.factor.rows, self.factor.dense
-        C = rows.elements, -1.0 * rows.particles
-        lengths = np.ones(len(self.mass[0])), rows.length
-        l = np.linalg.solve(L @ L.T, rows(rates[0], rows.length[:, None] * rates[1] if turning else rates[1]))
-        for field, values, n, part, mass, length in zip(fields, rates, normals, C, self.mass, lengths):
-            change = (part.T @ l) / mass[:, None]
-            after = np.cross(n, values - length[:, None] * change) if turning else values - change
-            runtime.put(field, after.astype(values.dtype))
+        return constraints(self.split, means, self.split.fine.mesh.points, normals)
 
     def _cut(self) -> np.ndarray:
         """What is cut of the links of sides with a jump of the weight."""
@@ -137,7 +97,7 @@ class ArlequinCoupling(Coupling):
         """The constraints of the edge means as they are, where a crack has changed them."""
         now = self._cut()
         if (now != self.cut).any():
-            self.cut, self.factor = now, self._factor()
+            self.cut, self.factor = now, self.factorised()
             self.tie.put(self.factor)
 
     def meet(self, now: Now) -> None:
@@ -184,11 +144,6 @@ class ArlequinCoupling(Coupling):
             f"particles; let the patch reach {show(beyond + 3 * self.split.whole.spacing, 'm')} farther there"
         )
 
-    def correct(self, now: Now) -> None:
-        began = perf_counter()
-        self.tie.act(self.groups, now.kick)
-        self.seconds += perf_counter() - began
-
     def status(self) -> dict[str, int]:
         """How near damage is. From the first step on: columns of a history are those that it began with."""
         return {} if self.critical is None else {"% of D_c outside of the patch": round(100 * self.watch.worst)}
@@ -199,29 +154,5 @@ class ArlequinCoupling(Coupling):
         velocities, directors = self.left()
         return {"damage": self.watch.worst, "velocities": velocities, "directors": directors, "constraints": self.tie.n_rows}
 
-    def left(self) -> tuple[float, float]:
-        """Largest difference of what is tied: velocities over the largest one, and rates of directors over the largest one."""
-        rows, found = self.factor.rows, []
-        for turning in (False, True)[: 2 if self.tie.turns else 1]:
-            values = []
-            for group in self.groups:
-                nodes = group.nodes
-                v = runtime.get(nodes.omega if turning else nodes.v, nodes.n).astype(np.float64)
-                if turning:
-                    v = np.cross(v, _directors(group))
-                values.append(v)
-            of_elements, of_particles = values[0], rows.length[:, None] * values[1] if turning else values[1]
-            size = np.sqrt(max(float(((abs(rows.elements) @ np.abs(of_elements)) ** 2).sum(axis=1).max()), 1e-300))
-            found.append(float(np.abs(rows(of_elements, of_particles)).max()) / size)
-        return found[0], found[-1] if self.tie.turns else 0.0
-
     def pools(self) -> list[Pool]:
         return [self.tie, self.watch]
-
-
-def _directors(group: Any) -> np.ndarray:
-    """(N, 3) n of the nodes of a group; where it stays in its plane, its normals."""
-    nodes = group.nodes
-    if not nodes.bends:
-        return np.concatenate([body.mesh.node_normals for body in group.shells])
-    return runtime.get(nodes.N, nodes.n).astype(np.float64) + runtime.get(nodes.d, nodes.n)

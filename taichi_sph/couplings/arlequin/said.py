@@ -1,4 +1,5 @@
-"""The user says nothing here: what ties elements and particles of a shell belongs to the shell (bodies/shell/said.py: Patch)."""
+"""The user says nothing here: what ties elements and particles of a body belongs to the body (`patch` in bodies/shell/said.py and
+bodies/solid/said.py)."""
 
 from __future__ import annotations
 

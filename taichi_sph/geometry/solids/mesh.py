@@ -105,7 +105,11 @@ class SolidMesh:
     @cached_property
     def node_volumes(self) -> np.ndarray:
         """(N,) even shares of the cells around a node [m3]."""
-        share = np.repeat(self.volumes / self.corners, 8)[(self.cells >= 0).ravel()]
+        return self.shared(self.volumes)
+
+    def shared(self, of_cells: np.ndarray) -> np.ndarray:
+        """(N,) even shares of what cells (M,) have."""
+        share = np.repeat(of_cells / self.corners, 8)[(self.cells >= 0).ravel()]
         return np.bincount(self.cells[self.cells >= 0], share, minlength=len(self.points))
 
     @cached_property
@@ -167,6 +171,11 @@ def _cofactors(p: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     slopes = np.stack([sign[:, c] * one[:, (c + 1) % 3] * one[:, (c + 2) % 3] for c in range(3)], axis=1)
     j = np.einsum("mki,kc->mic", p, slopes)
     return np.stack([np.cross(j[:, :, (c + 1) % 3], j[:, :, (c + 2) % 3]) for c in range(3)], axis=2), slopes
+
+
+def shapes(at: np.ndarray) -> np.ndarray:
+    """(K, 8) trilinear functions of the corners of a hexahedron at places (K, 3) in [0, 1]^3."""
+    return np.where(CORNERS[None] > 0.5, at[:, None], 1.0 - at[:, None]).prod(axis=2)
 
 
 def joined(meshes: Sequence[SolidMesh]) -> SolidMesh:

@@ -149,6 +149,12 @@ def check_quantities(scene: Scene) -> None:
             if not names and (option == "striker" or function is perforation.body_speed):
                 what = "rigid body" if option == "striker" else "solid that starts with a velocity"
                 raise SceneError(f"quantity '{quantity.name}' is of a {what}, and the scene has none; leave it out")
+            of_whole = function is perforation.body_speed or function.__module__ in (solids.__name__, penetration.__name__)
+            parted = [solid.name for solid in scene.solids if solid.patch is not None and solid.name in (given, *chosen)]
+            if of_whole and parted:
+                raise SceneError(
+                    f"quantity '{quantity.name}': solid '{parted[0]}' has a patch, and its parts are not measured as one yet; leave it out"
+                )
             if given is not None and given not in names:
                 raise SceneError(f"quantity '{quantity.name}': its {option} '{given}' is not in the scene{nearest(str(given), names)}")
             if given is None and len(chosen) > 1:
