@@ -12,9 +12,11 @@ from taichi_sph.scene import (
     NodalForce,
     NodalMoment,
     Perfect,
+    Pinball,
     Plate,
     PrescribedVelocity,
     Ramp,
+    Rigid,
     SurfacePressure,
 )
 
@@ -154,6 +156,18 @@ def test_the_ledger_closes_and_the_masses_are_whole():
     assert energies["kinetic"] > 0.05 * energies["external"] and energies["elastic"] > 0.05 * energies["external"]
     assert abs(energies["closed_residual_percent"]) < 2e-3
     assert tied(sim).left()[0] < 1e-13
+
+
+def test_a_blow_on_the_overlap_is_booked_by_the_velocities_that_come_of_it():
+    """A ball strikes elements and particles where they are tied: the tie comes after contact and changes what the blow made of velocities.
+    Booked before it, 2.2 % of the ball's energy were missing."""
+    place = Pinball(centre=(0.45, 0.2, 0.0551), radius=0.04)
+    ball = Rigid(name="ball", mass=20.0, pinballs=[place], velocity=(0, 0, -30.0))
+    sim = start(patched(rigids=[ball], duration=2e-3))
+    sim.advance_to(1e-3)
+    energies = sim.energies()
+    assert energies["contact"] > 0.1 * energies["injected"] and energies["elastic"] > 0.1 * energies["injected"]
+    assert abs(energies["closed_residual_percent"]) < 5e-3
 
 
 def of_nodes_of_load(group) -> np.ndarray:
