@@ -68,6 +68,9 @@ class World:
         for one in (*self.groups, *self.couplings):
             one.start()
         self.grown = growth.Grown(growth.names_of(self)) if growth.grows(scene) else None
+        if self.grown is not None and (wanted := self._wanted()):  # a striker stands before elements
+            self.build(growth.widened(scene, wanted))
+            return
         self._fit_dt()
         self.instead = self._instead()
         if self.instead is not None:

@@ -24,22 +24,26 @@ from ...scene.units import show
 from ..coupling import Coupling
 from .constraints import Sides, constraints
 from .factor import LEAST, Factor, factorised
+from .near import OFTEN, Near
 from .tie import Tie
 
 
-def couplings(scene: Scene, groups: Sequence[Group], own: Sequence[Any]) -> list[ArlequinCoupling]:
-    """One for each shell of elements with a patch. SceneError on devices whose shaders cut the long sums of its factor off."""
+def couplings(scene: Scene, groups: Sequence[Group], own: Sequence[Any]) -> list[Coupling]:
+    """One for each shell of elements with a patch, which may not have begun. SceneError on devices whose shaders cut the long sums of its
+    factor off."""
     patched = [shell for shell in scene.shells if shell.patch is not None]
     if patched and not runtime.functions_of_64_bits():
         raise SceneError(
             f"arch: the patch of shell '{patched[0].name}' is not possible on '{runtime.current().arch}'; use --arch cpu or cuda"
         )
-    return [ArlequinCoupling(scene, groups, shell.name, k) for k, shell in enumerate(patched, start=1)]
+    return [
+        (ArlequinCoupling if shell.patch is not None and shell.patch.there else Waiting)(scene, groups, shell.name, k)
+        for k, shell in enumerate(patched, start=1)
+    ]
 
 
-EVERY = 50  # steps between two looks at damage
-OFTEN = 5  # where the patch grows
-NEAR = 0.1  # of D_c: an element whose damage has come so far becomes particles, where the patch grows
+EVERY = 50  # steps between two looks at damage, where the patch does not grow
+OUTSIDE = "% of D_c outside of the patch"
 STARTING = 3  # sweeps over the directors of the velocities that are given
 
 
@@ -49,12 +53,61 @@ class Watch(Pool):
 
     kept = ("worst",)
 
-    def __init__(self, coupling: ArlequinCoupling, name: str):
+    def __init__(self, coupling: ArlequinCoupling | Waiting, name: str):
         super().__init__(name)
         self.coupling, self.worst = coupling, 0.0
 
     def renew(self) -> None:
         self.coupling.follow()
+
+
+def _named(number: int) -> str:
+    return f"arlequin_{number}" if number > 1 else "arlequin"
+
+
+class Waiting(Coupling):
+    """Of a shell whose patch has not begun (patch = "auto"): all its elements, until damage or a striker comes near one of them."""
+
+    def __init__(self, scene: Scene, groups: Sequence[Group], name: str, number: int):
+        self.name = name
+        self.elements: Any = holding(groups, name)[0]
+        self.split = self.elements.shells[0].split
+        self.critical = scene.body(name).material.critical_damage
+        self.near = Near(scene, groups, name, self.split)
+        self.wanted: tuple[int, ...] = ()
+        self.watch = Watch(self, f"{_named(number)}.watch")
+
+    def follow(self) -> None:
+        """There are no constraints."""
+
+    def start(self) -> None:
+        """Elements that a striker stands before."""
+        self._ask(Now())
+
+    def meet(self, now: Now) -> None:
+        if now.step % OFTEN == 0:
+            points = self.elements.points
+            delayed = runtime.get(points.delayed, points.n)
+            self.watch.worst = max(self.watch.worst, float(delayed.max()) / self.critical)
+            self._ask(now)
+            if not self.wanted and delayed.max() >= self.critical:
+                place = self.elements.mesh.centres[int(delayed.argmax()) // (points.n // self.elements.cells.n)]
+                raise RunStopped(
+                    f"shell '{self.name}': at ({', '.join(show(x, 'm') for x in place)}) an element would break at t = {now.time:.6g} s, "
+                    "and no patch can begin there: beside it there is a triangle, a sharp edge or a support; refine the mesh there"
+                )
+
+    def _ask(self, now: Now) -> None:
+        near = self.near.damaged(self.elements, None, self.critical) | self.near.struck(self.elements, now)
+        if near.any():
+            self.wanted = self.split.wider(near)
+
+    def status(self) -> dict[str, int]:
+        """The columns of a history are those that it begins with: those of particles too."""
+        return {"broken": 0, "loose nodes": 0, OUTSIDE: round(100 * self.watch.worst)}
+
+    def pools(self) -> list[Pool]:
+        return [self.watch]
 
 
 class ArlequinCoupling(Coupling):
@@ -74,11 +127,12 @@ class ArlequinCoupling(Coupling):
                 f"{self.factor.smallest:.2g}); choose another region or another weight"
             )
         bends = self.elements.nodes.bends
-        self.tie = Tie(self.factor, self.mass, bends, self.split.patch.directors, f"arlequin_{number}" if number > 1 else "arlequin")
+        self.tie = Tie(self.factor, self.mass, bends, self.split.patch.directors, _named(number))
         self._loose(scene)
         self.seconds, self.seen = 0.0, 0
         self.critical = self.particles.shells[0].said.material.critical_damage
         self.grows = self.split.patch.grows
+        self.near_damage = Near(scene, groups, name, self.split) if self.grows else None
         self.wanted: tuple[int, ...] = ()  # elements, beside those of the regions, that must be particles from now on
         self.watch = Watch(self, f"{self.tie.name}.watch")
         rows = self.particles.internal.rows
@@ -157,21 +211,19 @@ class ArlequinCoupling(Coupling):
         worst = max(float(outer.max()), float(inner[self.split.of_particles < 1.0].max())) / self.critical
         self.watch.worst = max(self.watch.worst, worst)
         if self.grows:
-            self._ask()
+            self._ask(now)
             if self.wanted:
                 return
         if outer.max() >= self.critical:
             element = int(outer.argmax()) // (self.elements.points.n // self.elements.cells.n)
             self._stop(self.elements.mesh.centres[element], now, "an element would break")
 
-    def _ask(self) -> None:
-        """For the elements near rupture, of the overlap too, to become particles."""
-        split, limit = self.split, NEAR * self.critical
-        outer, inner = (runtime.get(group.points.damage, group.points.n) >= limit for group in (self.elements, self.particles))
-        near = np.zeros(len(split.patched), bool)
-        near[split.cells] = outer.reshape(len(split.cells), -1).any(axis=1)
-        near[split.fine.parent[inner & (split.of_particles < 1.0)]] = True
-        if near.any() and (wider := split.wider(near)) != split.patch.cells:
+    def _ask(self, now: Now) -> None:
+        """For the elements near rupture or a striker, of the overlap too, to become particles."""
+        watched = self.near_damage
+        assert watched is not None
+        near = watched.damaged(self.elements, self.particles, self.critical) | watched.struck(self.elements, now)
+        if near.any() and (wider := self.split.wider(near)) != self.split.patch.cells:
             self.wanted = wider
 
     def _stop(self, place: np.ndarray, now: Now, what: str) -> None:
@@ -191,7 +243,7 @@ class ArlequinCoupling(Coupling):
 
     def status(self) -> dict[str, int]:
         """How near damage is. From the first step on: columns of a history are those that it began with."""
-        return {} if self.critical is None else {"% of D_c outside of the patch": round(100 * self.watch.worst)}
+        return {} if self.critical is None else {OUTSIDE: round(100 * self.watch.worst)}
 
     def report(self) -> dict[str, float]:
         """damage: the largest D_r / D_c of elements and overlap; velocities, directors: the largest difference that is left, of 1;
