@@ -36,6 +36,9 @@ class Coupling:
     def start(self) -> None:
         """All bodies stand where they are at t = 0."""
 
+    def foresee(self, now: Now) -> None:
+        """The first step is known: what must be otherwise before it (`wanted`)."""
+
     def longest_step(self) -> dict[str, float]:
         """The longest step of the clock [s] that the coupling bears, by what rules it."""
         return {}

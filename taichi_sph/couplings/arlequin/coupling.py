@@ -80,9 +80,8 @@ class Waiting(Coupling):
     def follow(self) -> None:
         """There are no constraints."""
 
-    def start(self) -> None:
-        """Elements that a striker stands before."""
-        self._ask(Now())
+    def foresee(self, now: Now) -> None:
+        self._ask(now)
 
     def meet(self, now: Now) -> None:
         if now.step % OFTEN == 0:

@@ -51,7 +51,7 @@ class Near:
         self.places = shapes(r, s)
         corner = split.whole.cells[split.cells]
         self.corner = split.number[np.where(corner < 0, corner[:, :1], corner)]
-        self.width = split.whole.spacing
+        self.width, self.half = split.whole.spacing, 0.5 * own.thickness
 
     def damaged(self, elements: Any, particles: Any, limit: float) -> np.ndarray:
         """(M,) bool of the whole mesh: elements whose damage has come near `limit`, or that of a particle of theirs in the overlap.
@@ -76,7 +76,8 @@ class Near:
         if not fast.any():
             return near
         at, radius = at[fast], radius[fast]
-        reach = max(AHEAD * OFTEN * now.dt * float(speed[fast].max()), 0.5 * self.width / (ACROSS - 1))
+        way = AHEAD * OFTEN * now.dt * float(speed[fast].max())
+        reach = self.half + max(way, 0.5 * self.width / (ACROSS - 1))
         nodes = elements.nodes
         x = (elements.mesh.points + runtime.get(nodes.u, nodes.n))[self.corner]
         tree, size = cKDTree(at), float(radius.max()) + reach
