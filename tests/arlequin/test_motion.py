@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from taichi_sph import runtime
+from taichi_sph.couplings.arlequin import tie
 from taichi_sph.scene import (
     Ball,
     Box,
@@ -20,7 +21,7 @@ from taichi_sph.scene import (
     SurfacePressure,
 )
 
-from ..exact import restarts_exactly, threads_change_nothing
+from ..exact import restarts_exactly, same_state, threads_change_nothing
 from .scenes import of_nodes, patched, start, tied
 
 ARC = Cylinder(radius=0.5, length=1.0, start_angle=0, angle="90 deg")
@@ -180,6 +181,17 @@ PULL = {"forces": [NodalForce(body="shell", where=Box(lo=(0.99, None, None)), to
 def test_restart_and_threads_in_the_plane():
     restarts_exactly(lambda: start(patched(motion="in_plane", **PULL)), 12, 12)
     threads_change_nothing(lambda threads: start(patched(motion="in_plane", **PULL), threads=threads), 12)
+
+
+def test_one_thread_ties_as_all_do(monkeypatch):
+    """Both ways of a processor give the same bits."""
+    ends = []
+    for few in (tie.FEW, 0):
+        monkeypatch.setattr(tie, "FEW", few)
+        sim = start(patched(**LOADS))
+        sim.advance(12)
+        ends.append({name: np.copy(values) for name, values in sim.state().items()})
+    assert same_state(*ends) == []
 
 
 @pytest.mark.long

@@ -6,7 +6,8 @@
 C v = 0 before and after a step, so l^T C does no work, and C x keeps its value. The part of d along the director is dropped. What that
 leaves of C d is of second order in the angle between neighbouring directors, and it is there to be corrected in the next step: more sweeps
 within a step change nothing that can be seen (docs/method.md). Impulses become forces and couples on the nodes. C is stored by rows and by
-nodes, so that both products are gathered in a fixed order. The two triangles of each overlap are solved by one thread.
+nodes, so that both products are gathered in a fixed order. The two triangles of each overlap are solved by one thread. On a processor one
+thread does it all where C is short, to the same bits: it is done before others would be awake.
 """
 
 from typing import Any
@@ -21,6 +22,7 @@ from ...runtime import ti
 from .constraints import Constraints
 from .factor import Factor
 
+FEW = 100_000  # entries of C; one thread takes some 4 ns for each, and 0.4 ms pass until all threads have met four times
 ROOM = 2  # widths of the band of L: a crack may change the order of the rows
 
 
@@ -37,6 +39,7 @@ class Tie(Pool):
         self.middle = len(self.used[0])
         self.n, self.n_rows = sum(map(len, self.used)), parts[0].shape[0]
         n, rows, pairs = self.n, self.n_rows, sum(part.nnz for part in parts)
+        self.pairs = pairs
         field = self.field
         self.who = field("who", n, dtype="i32", doc="number of a node in its group")
         self.ease = field("ease", n, dtype="f64", unit="1/kg", doc="inverse mass")
@@ -88,7 +91,8 @@ class Tie(Pool):
     def act(self, groups: tuple[Any, Any], kick: float) -> None:
         """On the elements and the particles, over a kick [s]."""
         one, two = groups
-        _act(self, one.nodes, one.loads, two.nodes, two.loads, self.middle, self.n, self.n_rows, self.n_blocks, self.band, kick)
+        act = _act_here if runtime.one_by_one() and self.pairs < FEW else _act
+        act(self, one.nodes, one.loads, two.nodes, two.loads, self.middle, self.n, self.n_rows, self.n_blocks, self.band, kick)
 
 
 @ti.kernel
@@ -102,20 +106,60 @@ def _act(
         else:
             _foresee(tie, b, b_loads, m, kick)
     for r in range(rows):
-        y = tie.y[r] * 0.0
-        for k in range(tie.start[r], tie.start[r + 1]):
-            y += tie.coef[k] * tie.w[tie.place[k]]
-        tie.y[r] = y
+        _row(tie, r)
     for c in range(blocks):
         _forward_back(tie, tie.block[c], tie.block[c + 1], band)
     for m in range(n):
-        impulse = tie.w[m] * 0.0
-        for k in range(tie.t_start[m], tie.t_start[m + 1]):
-            impulse -= tie.t_coef[k] * tie.y[tie.t_row[k]]
+        impulse = _impulse(tie, m)
         if m < middle:
             _strike(tie, a, m, impulse, 1.0 / kick)
         else:
             _strike(tie, b, m, impulse, 1.0 / kick)
+
+
+@ti.kernel
+def _act_here(
+    tie: ti.template(), a: ti.template(), a_loads: ti.template(), b: ti.template(), b_loads: ti.template(), middle: ti.i32, n: ti.i32,
+    rows: ti.i32, blocks: ti.i32, band: ti.i32, kick: ti.f64,
+):  # fmt: skip
+    """`_act` by one thread."""
+    ti.loop_config(serialize=True)
+    for m in range(n):
+        if m < middle:
+            _foresee(tie, a, a_loads, m, kick)
+        else:
+            _foresee(tie, b, b_loads, m, kick)
+    ti.loop_config(serialize=True)
+    for r in range(rows):
+        _row(tie, r)
+    ti.loop_config(serialize=True)
+    for c in range(blocks):
+        _forward_back(tie, tie.block[c], tie.block[c + 1], band)
+    ti.loop_config(serialize=True)
+    for m in range(n):
+        impulse = _impulse(tie, m)
+        if m < middle:
+            _strike(tie, a, m, impulse, 1.0 / kick)
+        else:
+            _strike(tie, b, m, impulse, 1.0 / kick)
+
+
+@ti.func
+def _row(tie: ti.template(), r):
+    """C w* of a row."""
+    y = tie.y[r] * 0.0
+    for k in range(tie.start[r], tie.start[r + 1]):
+        y += tie.coef[k] * tie.w[tie.place[k]]
+    tie.y[r] = y
+
+
+@ti.func
+def _impulse(tie: ti.template(), m):
+    """-C^T l of the node at place m."""
+    impulse = tie.w[m] * 0.0
+    for k in range(tie.t_start[m], tie.t_start[m + 1]):
+        impulse -= tie.t_coef[k] * tie.y[tie.t_row[k]]
+    return impulse
 
 
 @ti.func
