@@ -3,6 +3,7 @@
 Damage is watched. Elements do not tear, and where particles of the overlap break, the elements under them would hold on. A real shell
 tears there. So the run stops where D_r reaches D_c in an element, or where a particle of the overlap breaks. A crack among the particles
 changes the edge means of the sides near it. Where the crack comes near sides with a jump of the weight, the constraints are made anew.
+Velocities before do not obey those, so the multipliers of that step do work, -1/2 l . C v_n-1/2, which is booked as `overlap`.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ... import runtime
-from ...bodies.body import Group, Now, holding
+from ...bodies.body import Entries, Group, Now, holding
 from ...bodies.shell.said import PARTICLES
 from ...errors import RunStopped, SceneError
 from ...pool import Pool
@@ -48,14 +49,14 @@ STARTING = 3  # sweeps over the directors of the velocities that are given
 
 
 class Watch(Pool):
-    """worst: the largest D_r / D_c so far of the elements and of the particles of the overlap. Constraints follow from the links that are
-    cut, also after a restart."""
+    """worst: the largest D_r / D_c so far of the elements and of the particles of the overlap; taken: energy that constraints took when
+    they were made anew [J]. Constraints follow from the links that are cut, also after a restart."""
 
-    kept = ("worst",)
+    kept = ("worst", "taken")
 
     def __init__(self, coupling: ArlequinCoupling | Waiting, name: str):
         super().__init__(name)
-        self.coupling, self.worst = coupling, 0.0
+        self.coupling, self.worst, self.taken = coupling, 0.0, 0.0
 
     def renew(self) -> None:
         self.coupling.follow()
@@ -79,6 +80,9 @@ class Waiting(Coupling):
 
     def follow(self) -> None:
         """There are no constraints."""
+
+    def entries(self) -> Entries:
+        return Entries(numerical={"overlap": self.watch.taken})
 
     def foresee(self, now: Now) -> None:
         self._ask(now)
@@ -128,7 +132,7 @@ class ArlequinCoupling(Coupling):
         bends = self.elements.nodes.bends
         self.tie = Tie(self.factor, self.mass, bends, self.split.patch.directors, _named(number))
         self._loose(scene)
-        self.seconds, self.seen = 0.0, 0
+        self.seconds, self.seen, self.anew = 0.0, 0, False
         self.critical = self.particles.shells[0].said.material.critical_damage
         self.grows = self.split.patch.grows
         self.near_damage = Near(scene, groups, name, self.split) if self.grows else None
@@ -186,12 +190,14 @@ class ArlequinCoupling(Coupling):
         rows = self.particles.internal.rows
         return runtime.get(rows.cut, rows.pairs)[self.near]
 
-    def follow(self) -> None:
-        """The constraints of the edge means as they are, where a crack has changed them."""
+    def follow(self) -> bool:
+        """The constraints of the edge means as they are; whether a crack has changed them."""
         now = self._cut()
-        if (now != self.cut).any():
-            self.cut, self.factor = now, self._factor()
-            self.tie.put(self.factor)
+        if not (now != self.cut).any():
+            return False
+        self.cut, self.factor = now, self._factor()
+        self.tie.put(self.factor)
+        return True
 
     def meet(self, now: Now) -> None:
         """What broke, and what is damaged."""
@@ -201,7 +207,7 @@ class ArlequinCoupling(Coupling):
             broken = runtime.get(points.broken, points.n) > 0
             if (broken & (self.split.of_particles < 1.0)).any():
                 self._stop(self.split.fine.mesh.centres[broken & (self.split.of_particles < 1.0)][0], now, "the overlap breaks")
-            self.follow()
+            self.anew = self.follow()
         if self.critical is not None and now.step % (OFTEN if self.grows else EVERY) == 0:
             self._look(now)
 
@@ -237,8 +243,16 @@ class ArlequinCoupling(Coupling):
 
     def correct(self, now: Now) -> None:
         began = perf_counter()
+        apart = self._apart() if self.anew else ()
         self.tie.act(self.groups, now.kick)
+        for k, differences in enumerate(apart):
+            share = 1.0 if k == 0 else self.stout
+            self.watch.taken += 0.5 * share * float((self.tie.multipliers()[:, 3 * k : 3 * k + differences.shape[1]] * differences).sum())
+        self.anew = False
         self.seconds += perf_counter() - began
+
+    def entries(self) -> Entries:
+        return Entries(numerical={"overlap": self.watch.taken})
 
     def status(self) -> dict[str, int]:
         """How near damage is. From the first step on: columns of a history are those that it began with."""
@@ -250,9 +264,15 @@ class ArlequinCoupling(Coupling):
         velocities, directors = self.left()
         return {"damage": self.watch.worst, "velocities": velocities, "directors": directors, "constraints": self.tie.n_rows}
 
-    def left(self) -> tuple[float, float]:
-        """Largest difference of what is tied: velocities over the largest one, and rates of directors over the largest one."""
-        rows, found = self.factor.rows, []
+    @property
+    def stout(self) -> float:
+        """Rotary inertia over mass [m2], the same at all nodes that are tied."""
+        nodes, k = self.elements.nodes, int(self.tie.used[0][0])
+        return float(nodes.inertia[k] / nodes.mass[k])
+
+    def _rates(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Of elements and of particles: velocities, and rates of directors where those are tied, with their lengths."""
+        found = []
         for turning in (False, True)[: 2 if self.tie.turns else 1]:
             values = []
             for group in self.groups:
@@ -261,7 +281,17 @@ class ArlequinCoupling(Coupling):
                 if turning:
                     v = np.cross(v, _directors(group))
                 values.append(v)
-            of_elements, of_particles = values[0], rows.length[:, None] * values[1] if turning else values[1]
+            found.append((values[0], self.factor.rows.length[:, None] * values[1] if turning else values[1]))
+        return found
+
+    def _apart(self) -> list[np.ndarray]:
+        """(R, c) C v, and C d: what the velocities are off the constraints."""
+        return [self.factor.rows(*rates) for rates in self._rates()]
+
+    def left(self) -> tuple[float, float]:
+        """Largest difference of what is tied: velocities over the largest one, and rates of directors over the largest one."""
+        rows, found = self.factor.rows, []
+        for of_elements, of_particles in self._rates():
             size = np.sqrt(max(float(((abs(rows.elements) @ np.abs(of_elements)) ** 2).sum(axis=1).max()), 1e-300))
             found.append(float(np.abs(rows(of_elements, of_particles)).max()) / size)
         return found[0], found[-1] if self.tie.turns else 0.0

@@ -88,6 +88,10 @@ class Tie(Pool):
         runtime.put(self.first, factor.first.astype(np.int32))
         runtime.put(self.block, blocks.astype(np.int32))
 
+    def multipliers(self) -> np.ndarray:
+        """(R, width) l of the last step, of velocities and of directors."""
+        return runtime.get(self.y, self.n_rows)
+
     def act(self, groups: tuple[Any, Any], kick: float) -> None:
         """On the elements and the particles, over a kick [s]."""
         one, two = groups
