@@ -9,12 +9,12 @@ from taichi_sph.bodies.shell.parts import split_of
 from taichi_sph.couplings.arlequin.near import fastest_elastic
 from taichi_sph.errors import SceneError
 from taichi_sph.run.plan import plan
-from taichi_sph.scene import Box, Material, Pinball, Plate, PrescribedVelocity, Rigid, Shell, material
+from taichi_sph.scene import Box, Material, Pinball, Plate, PrescribedVelocity, Rigid, Shell, load_scene, material
 from taichi_sph.world import growth
 
 from ..exact import restarts_exactly
 from .scenes import STEEL, patched, start, tied
-from .test_rupture import CONCRETE, momentum, torn_at
+from .test_rupture import CONCRETE, ROOT, momentum, torn_at
 
 ALL = {"where": (), "grows": True}
 METAL = {key: getattr(material("steel, tank"), key) for key in ("strength", "damage", "delay", "critical_damage")}
@@ -115,6 +115,15 @@ def test_a_striker_turns_elements_before_it_meets_them():
 def test_where_no_patch_can_begin(scene, words):
     with pytest.raises((SceneError, ValueError), match=words):
         scene()
+
+
+def test_a_switch_with_a_word_says_it():
+    tank = ROOT / "scenes" / "empty_tank.py"
+    assert load_scene(tank, {"coupled": "auto"}).shells[0].patch.where == () and load_scene(tank, {"coupled": "true"}).shells[0].patch.where
+    with pytest.raises(SceneError, match="coupled = 'maybe' is neither true nor false, nor 'auto'$"):
+        load_scene(tank, {"coupled": "maybe"})
+    with pytest.raises(SceneError, match="grows = True: .* set coupled = True as well, or 'auto' alone"):
+        load_scene(tank, {"coupled": "auto", "grows": True})
 
 
 def test_auto_is_said_in_a_word():
