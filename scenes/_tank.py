@@ -46,17 +46,21 @@ def tank(necks: bool, name: str = "tank", y: float = 0.0) -> Shell:
     return Shell(name=name, surface=surface, thickness=THICKNESS, material=steel(necks), motion="free")
 
 
-def tank_of_elements(necks: bool, spacing: float, grows: bool = False, filled: bool = False) -> Shell:
+def tank_of_elements(necks: bool, spacing: float, grows: bool = False, filled: bool = False, auto: bool = False) -> Shell:
     """The tank of finite elements three times as wide as particles are apart (`spacing` [m]), which stand where the bullet goes through, or
     begin to stand there and follow the damage. filled: a crack is expected along the front face. So particles stand over its height, but
-    for the ends, which no particles can follow; or they follow the crack, and begin farther around the holes."""
+    for the ends, which no particles can follow; or they follow the crack, and begin farther around the holes. auto: they begin where damage
+    or the bullet comes near."""
+    made = tank(necks).model_copy(update={"formulation": FiniteElements(points=1), "spacing": 3 * spacing})
+    if auto:
+        return made.model_copy(update={"patch": Patch(spacing=spacing, grows=True)})
     radius = BEGIN + spacing if grows and not filled else PATCH
     there: list[Ball | Box] = [Ball(centre=(x, 0, HEIGHT / 2), radius=radius) for x in (RADIUS, -RADIUS)]
     if filled and not grows:
         ends = ENDS * 3 * spacing
         there[0] = Box(lo=(0, -ALONG, ends), hi=(None, ALONG, HEIGHT - ends))
     patch = Patch(where=there, spacing=spacing, grows=grows)
-    return tank(necks).model_copy(update={"formulation": FiniteElements(points=1), "spacing": 3 * spacing, "patch": patch})
+    return made.model_copy(update={"patch": patch})
 
 
 def bullet(velocity: float, name: str = "bullet", y: float = 0.0) -> Rigid:

@@ -4,8 +4,8 @@ The tank and the bullet of scenes/_tank.py, the bullet at 730 m/s. Cells wider t
 Measured (Timm 2003): about 688 m/s after the front wall,
 640 m/s after the back by equal loss of energy; T: 673 and 621 m/s, B -6.1 %.
 `coupled`: finite elements with one point, and particles within 80 mm of the two holes (T 4.6.1: 584 m/s, 4.65 times cheaper); with
-`grows` fewer at first, and more where damage comes near. `metal`: the bullet is a solid that yields (T fig. 3.11: it was much deformed; T
-has it rigid), of mild or of hard steel.
+`grows` fewer at first, and more where damage comes near; "auto": none before the bullet or damage comes near. `metal`: the bullet is a
+solid that yields (T fig. 3.11: it was much deformed; T has it rigid), of mild or of hard steel.
 
     python scenes/empty_tank.py --quality paper --out DIR
 """
@@ -24,12 +24,12 @@ def scene(
     quality: Quality = "draft",
     velocity: Speed = 730.0,
     necks: bool = True,
-    coupled: bool = False,
+    coupled: bool | Literal["auto"] = False,
     grows: bool = False,
     metal: Literal["none", "mild", "hard"] = "none",
 ) -> Scene:
-    if grows and not coupled:
-        raise ValueError("grows = True: it is the patch of elements and particles that grows; set coupled = True as well")
+    if grows and coupled is not True:
+        raise ValueError("grows = True: it is the patch of elements and particles that grows; set coupled = True as well, or 'auto' alone")
     d = SPACING[quality]
     solid, thrown = metal_bullet(metal, velocity, ACROSS[quality]) if metal != "none" else (None, None)
     speed, by = ("striker_speed", {}) if solid is None else ("body_speed", {"body": "bullet"})
@@ -38,7 +38,7 @@ def scene(
         name="empty_tank",
         title=f"Bullet through an empty tank, {velocity:g} m/s{', elements and particles' if coupled else ''}",
         source="T 3.4; experiments of Timm 2003",
-        shells=[tank_of_elements(necks, d, grows) if coupled else tank(necks)],
+        shells=[tank_of_elements(necks, d, grows, auto=coupled == "auto") if coupled else tank(necks)],
         rigids=[] if solid else [bullet(velocity)],
         solids=[solid] if solid else [],
         initial=[thrown] if thrown else [],

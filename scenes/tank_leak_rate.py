@@ -5,7 +5,7 @@ set in motion, and then what gravity drives, which is on here: at 2.4 m/s under 
 hours.
 
 With `known` the run ends as soon as the rate is known within that share of it (0.2: 20 %), or when nothing is open after the blow; `drag`
-as in tank_leak.
+and `coupled` as in tank_leak (T 4.6.2).
 
     python scenes/tank_leak_rate.py --quality draft --set known=0.2 --out DIR
 """
@@ -15,11 +15,14 @@ from pathlib import Path
 from taichi_sph.scene import Dimensionless, LeakKnown, Output, Quality, Quantity, Scene, Speed, load_scene
 
 
-def scene(quality: Quality = "draft", velocity: Speed = 730.0, drag: Dimensionless = 0.0, known: Dimensionless = 0.0) -> Scene:
-    tank = load_scene(Path(__file__).with_name("tank_leak.py"), {"quality": quality, "velocity": velocity, "drag": drag})
+def scene(
+    quality: Quality = "draft", velocity: Speed = 730.0, drag: Dimensionless = 0.0, known: Dimensionless = 0.0, coupled: bool = False
+) -> Scene:
+    said = {"quality": quality, "velocity": velocity, "drag": drag, "coupled": coupled}
+    tank = load_scene(Path(__file__).with_name("tank_leak.py"), said)
     return tank.derive(
         name="tank_leak_rate",
-        title=f"Tank filled to 100 %, hit at {velocity:g} m/s: 20 ms of its leak",
+        title=f"Tank filled to 100 %, hit at {velocity:g} m/s: 20 ms of its leak" + (", coupled" if coupled else ""),
         duration="20 ms",
         until=LeakKnown(share=known, after="2.1 ms") if known else None,
         gravity=(0, 0, -9.81),

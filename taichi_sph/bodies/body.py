@@ -11,6 +11,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
+import numpy as np
+
 if TYPE_CHECKING:
     from ..frame import BodyFrame
     from ..pool import Pool
@@ -218,6 +220,10 @@ class Group(Protocol):
         lists are made."""
         ...
 
+    def tips(self, meets: Callable[[str], bool]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Places (K, 3) [m], radii (K,) [m] and speeds (K,) [m/s] of what may strike a shell, of bodies that `meets` names."""
+        ...
+
     def instead(self, world: Clocked, alike: Sequence[Any]) -> InPlace | None:
         """What the scene asks of all groups of this kind, `alike`, in place of motion; None where they move."""
         ...
@@ -292,6 +298,9 @@ class Rest:
 
     def wettables(self, name: str, spacing: float, meets: Callable[[str], bool]) -> Sequence[Wettable]:
         return ()
+
+    def tips(self, meets: Callable[[str], bool]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return np.zeros((0, 3)), np.zeros(0), np.zeros(0)
 
     def instead(self, world: Clocked, alike: Sequence[Any]) -> InPlace | None:
         return None

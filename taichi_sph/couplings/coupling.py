@@ -30,8 +30,14 @@ class Coupling:
     def correct(self, now: Now) -> None:
         """Impulses on v_n+1/2, as forces; sees what the couplings before it did."""
 
+    def book(self, now: Now) -> None:
+        """All impulses on v_n+1/2 are known: energies that depend on those that came after one's own."""
+
     def start(self) -> None:
         """All bodies stand where they are at t = 0."""
+
+    def foresee(self, now: Now) -> None:
+        """The first step is known: what must be otherwise before it (`wanted`)."""
 
     def longest_step(self) -> dict[str, float]:
         """The longest step of the clock [s] that the coupling bears, by what rules it."""

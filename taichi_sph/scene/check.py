@@ -49,6 +49,10 @@ def sentence(error: ValidationError, model: type | None = None) -> str:
     )  # a misspelt key explains a missing one
     loc, annotations = _readable(first["loc"], model)
     text = _one(first, loc, annotations)
+    if first["type"].startswith("bool_"):  # of a switch that knows words as well
+        also = [p for p in problems if p["type"] == "literal_error" and p["loc"][:-1] == first["loc"][:-1]]
+        problems = [p for p in problems if p not in also]
+        text += "".join(f", nor '{name}'" for p in also for name in _names(p["ctx"]["expected"]))
     others = dict.fromkeys(_path(_readable(p["loc"], model)[0]) or "?" for p in problems if p is not first)
     others.pop(_path(loc), None)  # each member of a union complains
     if others:

@@ -102,8 +102,8 @@ def grow(world: World, wanted: Mapping[str, tuple[int, ...]]) -> None:
     time, dt = world.time - world.clock.dt_before, world.clock.dt_before
     books, before, was = world.entries(), world.scene, world.state()
     old = {name: _parts(world, name) for name in wanted}
-    were = {name: (growth.before(a, _touch(world, a, dt)), growth.before(b, _touch(world, b, dt))) for name, (a, b) in old.items()}
-    changing = {id(pool) for pair in old.values() for group in pair for pool in group.pools()}
+    were = {name: (growth.before(a, _touch(world, a, dt)), b and growth.before(b, _touch(world, b, dt))) for name, (a, b) in old.items()}
+    changing = {id(pool) for pair in old.values() for group in pair if group is not None for pool in group.pools()}
     kept = [pool.state() for pool in world.pools if id(pool) not in changing]
     contact = _of_contact(world)
     try:
@@ -161,7 +161,9 @@ def _wet(world: World) -> list[Any]:
 
 
 def _parts(world: World, name: str) -> tuple[Any, Any]:
-    return holding(world.groups, name)[0], holding(world.groups, name + PARTICLES)[0]
+    """The groups of elements and of particles; None of particles where the patch has not begun."""
+    begun = any(span.name == name + PARTICLES for group in world.groups for span in group.bodies)
+    return holding(world.groups, name)[0], holding(world.groups, name + PARTICLES)[0] if begun else None
 
 
 def _restore(pool: Pool, state: Mapping[str, np.ndarray]) -> None:

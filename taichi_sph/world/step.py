@@ -6,6 +6,7 @@
     force     f_n = internal + external, of each group for itself
     add       what bodies do to each other: pressure on walls, springs
     correct   f_n += c^T lambda, so that v_n+1/2 closes no gap that is closed (T 3.8)
+    book      the work of an impulse that others came after
     move      v_n+1/2 = v_n-1/2 + dt_n f_n / m          (prescribed velocities replace theirs)
               x_n+1   = x_n + dt v_n+1/2
 
@@ -39,5 +40,7 @@ def step(groups: Sequence[Group], couplings: Sequence[Coupling], now: Now) -> No
         coupling.add(now)
     for coupling in couplings:
         coupling.correct(now)
+    for coupling in couplings:
+        coupling.book(now)
     for group in groups:
         group.move(now)

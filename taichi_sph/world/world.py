@@ -71,6 +71,11 @@ class World:
             one.start()
         self.grown = growth.Grown(growth.names_of(self)) if growth.grows(scene) else None
         self._fit_dt()
+        for coupling in self.couplings:
+            coupling.foresee(Now(dt=self.dt))
+        if self.grown is not None and (wanted := self._wanted()):  # a striker stands before elements
+            self.build(growth.widened(scene, wanted))
+            return
         self.instead = self._instead()
         if self.instead is not None:
             self.dt = scene.duration / scene.increments

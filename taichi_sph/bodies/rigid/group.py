@@ -118,6 +118,14 @@ class RigidGroup(Rest):
         points = RigidPoints(name, self, self.solids, spacing, meets)
         return [points] if points.n else []
 
+    def tips(self, meets: Callable[[str], bool]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The pinballs. One that turns is as fast as the farthest point of it."""
+        rigids = self.rigids
+        own = np.array([meets(name) for name in rigids.names])[rigids.ball_body]
+        speed = np.linalg.norm(runtime.get(rigids.v, rigids.n), axis=1)
+        speed += np.linalg.norm(spins(rigids), axis=1) * [solid.reach for solid in self.solids]
+        return rigids.ball_places()[own], rigids.ball_radius[own], speed[rigids.ball_body][own]
+
     def surface(self) -> RigidSurface:
         return RigidSurface(self)
 

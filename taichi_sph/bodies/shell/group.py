@@ -43,10 +43,10 @@ from .finer_surface import CellPoints
 from .gauge import Gauge
 from .metal import thicknesses
 from .parts import Part
-from .parts_shown import at_most
+from .parts_shown import at_most, none_of
 from .port import ShellSurface
 from .pressure import BOOK, Pressed, SurfacePressures
-from .said import Shell
+from .said import PARTICLES, Shell
 from .stable_dt import StableStep
 from .stress import stored_energy
 from .surface import ShellPoints
@@ -310,6 +310,8 @@ class ShellGroup(Rest):
             of_nodes = {"reference": body.mesh.points} | {name: values[body.nodes.rows] for name, values in nodes.items()}
             frame = BodyFrame(body.name, points[body.nodes.rows], body.mesh.cells, of_nodes, own)
             if body.split is not None and body.split.patch.grows:
+                if not body.split.patch.there:
+                    found.append(at_most(none_of(frame, body.of + PARTICLES), body.split, False))
                 frame = at_most(frame, body.split, body.name == body.of)
             found.append(frame)
         return found

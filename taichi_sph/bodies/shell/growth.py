@@ -87,15 +87,17 @@ def _frames(group: ShellGroup) -> np.ndarray:
     return np.pad(found, ((0, 0), (0, 0), (0, 3 - found.shape[2])))
 
 
-def hand_on(groups: tuple[Any, Any], were: tuple[Before, Before]) -> None:
-    """History, from what was to the elements and the particles that are, and what is cut of their neighbourhoods."""
+def hand_on(groups: tuple[Any, Any], were: tuple[Before, Before | None]) -> None:
+    """History, from what was to the elements and the particles that are, and what is cut of their neighbourhoods. were: None of particles
+    where there were none."""
     elements, particles = groups
     _copy(elements, were[0], *_kept_elements(were[0].split, _split(elements)))
-    nodes, cells = _kept_particles(were[1].split, _split(particles))
-    _copy(particles, were[1], nodes, cells)
+    nodes, cells = _kept_particles(were[1], _split(particles))
+    if were[1] is not None:
+        _copy(particles, were[1], nodes, cells)
     _interpolate(particles, were[0], nodes, cells)
     # masses of elements stand at their nodes: what they are moved by when spread over particles is given back
-    lacking = sum(was.mass @ was.history[0]["v"].astype(np.float64) for was in were)
+    lacking = sum(was.mass @ was.history[0]["v"].astype(np.float64) for was in were if was is not None)
     lacking = lacking - sum(_of_nodes(group, "mass") @ _of_nodes(group, "v") for group in groups)
     new = np.flatnonzero(nodes < 0)
     _put(particles.nodes, "v", new, _of_nodes(particles, "v")[new] + lacking / _of_nodes(particles, "mass")[new].sum())
@@ -108,15 +110,15 @@ def hand_on(groups: tuple[Any, Any], were: tuple[Before, Before]) -> None:
         form.renew()
 
 
-def settle(groups: tuple[Any, Any], were: tuple[Before, Before], time: float, dt: float) -> None:
+def settle(groups: tuple[Any, Any], were: tuple[Before, Before | None], time: float, dt: float) -> None:
     """Once velocities are tied: what follows from the new neighbourhoods; time [s] of the last forces, dt [s] of the step since."""
     from scipy.spatial import cKDTree
 
     elements, particles = groups
-    nodes, _ = _kept_particles(were[1].split, _split(particles))
+    nodes, _ = _kept_particles(were[1], _split(particles))
     _as_of(particles, dt, lambda: _rebase(particles, were[1], nodes))
     of_elements, _ = _kept_elements(were[0].split, _split(elements))
-    touch = np.where(nodes[:, None] < 0, 0.0, were[1].touch[nodes])
+    touch = np.zeros((len(nodes), 3)) if were[1] is None else np.where(nodes[:, None] < 0, 0.0, were[1].touch[nodes])
     gone = np.setdiff1d(np.arange(were[0].n_nodes), of_elements)  # where they were there are particles now
     _, there = cKDTree(particles.mesh.points).query(were[0].split.elements.points[gone])
     np.add.at(touch, there, were[0].touch[gone])
@@ -136,11 +138,13 @@ def _look(group: Any, time: float) -> None:
     group.internal.force()
 
 
-def _kinetic(group: Any, was: Before, kept: np.ndarray, touch: np.ndarray, dt: float) -> None:
+def _kinetic(group: Any, was: Before | None, kept: np.ndarray, touch: np.ndarray, dt: float) -> None:
     """Of nodes that are new, or weigh something else, the kinetic energy that fits their forces, so that the next step closes the ledger:
     1/2 m v_n-1/2 . v_n+1/2 with v_n-1/2 = v_n+1/2 - dt f_n / m, and the same of directors."""
     nodes, mass = group.nodes, _of_nodes(group, "mass")
-    changed = (kept < 0) | (np.abs(was.mass[kept] - mass) > 1e-9 * mass)
+    changed = kept < 0
+    if was is not None:
+        changed |= np.abs(was.mass[kept] - mass) > 1e-9 * mass
     v, force = _of_nodes(group, "v"), _of_nodes(group, "force")
     force += touch[:, : nodes.dim]
     energy = 0.5 * mass * (v**2).sum(axis=1) - 0.5 * dt * (v * force).sum(axis=1)
@@ -160,9 +164,11 @@ def _kept_elements(was: Split, now: Split) -> tuple[np.ndarray, np.ndarray]:
     return was.number[now.nodes], np.searchsorted(was.cells, now.cells)
 
 
-def _kept_particles(was: Split, now: Split) -> tuple[np.ndarray, np.ndarray]:
+def _kept_particles(before: Before | None, now: Split) -> tuple[np.ndarray, np.ndarray]:
     """(N,) and (M,) numbers before of the nodes and of the cells of particles that are; -1: they are new."""
-    n = now.n
+    if before is None:
+        return np.full(len(now.fine.mesh.points), -1), np.full(len(now.fine.mesh.cells), -1)
+    n, was = now.n, before.split
 
     def name(fine: Any) -> np.ndarray:
         return (fine.parent * n + fine.place[:, 1]) * n + fine.place[:, 0]
@@ -296,11 +302,13 @@ def _turned(values: np.ndarray, turn: np.ndarray, parts: tuple[int, ...], double
     return found
 
 
-def _rebase(particles: Any, was: Before, nodes: np.ndarray) -> None:
+def _rebase(particles: Any, was: Before | None, nodes: np.ndarray) -> None:
     """The strains that the new neighbourhoods see are the base of those to come. nodes: numbers before, -1: new."""
     form = particles.internal
-    touched = _touched(particles, was, nodes)
-    stiffer = np.where(nodes < 0, 1.0, _of_nodes(particles, "mass") / was.mass[nodes])
+    touched, stiffer = np.arange(form.rows.n), np.ones(len(nodes))
+    if was is not None:
+        touched = _touched(particles, was, nodes)
+        stiffer = np.where(nodes < 0, 1.0, _of_nodes(particles, "mass") / was.mass[nodes])
     for name, power in (("residual", 1.0), ("slip", 0.5)):  # they go with the stiffness, which goes with the weight
         if name in form.fields:
             entry = form.fields[name]

@@ -12,7 +12,7 @@ the four points of an element, or its only one; a cell of particles has the mean
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from weakref import WeakValueDictionary
@@ -45,13 +45,17 @@ class Part:
 
 
 def parts(scene: Scene) -> Iterator[Part]:
-    """The parts of the shells of a scene, in its order. The elements of a shell keep its name. They carry damage and never break."""
+    """The parts of the shells of a scene, in its order. The elements of a shell keep its name. They carry damage and never break. A patch
+    that has not begun yet has no particles."""
     for shell in scene.shells:
         if (patch := shell.patch) is None:
             yield Part(shell, shell)
             continue
         yield Part(shell.model_copy(update={"material": shell.material.model_copy(update={"critical_damage": None})}), shell)
-        own = {"name": shell.name + PARTICLES, "formulation": patch.formulation, "spacing": patch.spacing, "patch": None}
+        if not patch.there:
+            continue
+        spacing = patch.apart(scene.numerics_of(shell).spacing)
+        own = {"name": shell.name + PARTICLES, "formulation": patch.formulation, "spacing": spacing, "patch": None}
         yield Part(shell.model_copy(update=own), shell)
 
 
@@ -65,12 +69,14 @@ def meshed(one: Part, scene: Scene) -> tuple[Split | None, SurfaceMesh]:
 
 @dataclass(frozen=True, eq=False)
 class Split:
-    """A mesh and a patch in it: n particles along the side of an element; said, patched, overlap (M,) bool of the cells: those that the
-    regions hold, with those that have grown, and around them; alpha (N,) of the nodes, 0 or 1."""
+    """A mesh and a patch in it: n particles along the side of an element; held, said, patched, overlap (M,) bool of the cells: those that
+    supports hold (of a patch that grows), those in the regions, with those that have grown, and around them; alpha (N,) of the nodes, 0 or
+    1."""
 
     whole: SurfaceMesh
     patch: Patch
     n: int
+    held: np.ndarray
     said: np.ndarray
     patched: np.ndarray
     overlap: np.ndarray
@@ -115,21 +121,25 @@ class Split:
 
     @cached_property
     def able(self) -> np.ndarray:
-        """(M,) bool: elements that can become particles, for they and all around them can be divided."""
-        corner = np.where(self.whole.cells < 0, self.whole.cells[:, :1], self.whole.cells)
-        node = np.zeros(len(self.whole.points), bool)
-        node[corner[(self.whole.cells[:, 3] < 0) | (_leans(self.whole) < SHARPEST)]] = True
-        return np.asarray(~node[corner].any(axis=1))
+        """(M,) bool: elements that can become particles, for they and all around them can be divided, and no support holds them."""
+        return _able(self.whole, self.held)
 
     def wider(self, near: np.ndarray) -> tuple[int, ...]:
         """Numbers of elements that are particles beside those of the regions once the patch holds `near` (M,) bool and two elements around
-        them, of those that can."""
-        corner = np.where(self.whole.cells < 0, self.whole.cells[:, :1], self.whole.cells)
+        them, of those that can. Patches whose overlaps would touch become one."""
+        corner = _corners(self.whole)
         for _ in range(AHEAD):
+            near = _around(corner, near)
+        patched = self.patched | near & self.able
+        while True:
+            patched = _closed(patched, corner)
+            overlap = _around(corner, patched) & ~patched
             node = np.zeros(len(self.whole.points), bool)
-            node[corner[near]] = True
-            near = np.asarray(node[corner].any(axis=1))
-        return tuple(np.flatnonzero((self.patched | near & self.able) & ~self.said).tolist())
+            node[_touching(self.whole, corner, patched, overlap)] = True
+            between = overlap & self.able & node[corner].any(axis=1)
+            if not between.any():
+                return tuple(np.flatnonzero(patched & ~self.said).tolist())
+            patched = patched | between
 
     def weight(self, cells: np.ndarray, r: np.ndarray, s: np.ndarray) -> np.ndarray:
         """alpha at the places (r, s), -1 to 1, of cells of the whole mesh."""
@@ -195,15 +205,17 @@ _SPLITS: WeakValueDictionary[Hashable, Split] = WeakValueDictionary()
 
 def split_of(shell: Shell, scene: Scene) -> Split:
     """Of a shell with a patch, made once as long as somebody holds it; SceneError where the patch does not fit the mesh or a support."""
-    key = shell.name, mesh_key(shell, scene), shell.model_dump_json(include={"patch"})
+    regions = [motion.where for motion in scene.motions if motion.body == shell.name] if shell.patch and shell.patch.grows else []
+    key = shell.name, mesh_key(shell, scene), shell.model_dump_json(include={"patch"}), repr(regions)
     split = _SPLITS.get(key)
     if split is None:
-        split = _SPLITS[key] = _split(shell, scene)
+        split = _SPLITS[key] = _split(shell, scene, regions)
     _supports(scene, shell, split)
     return split
 
 
-def _split(shell: Shell, scene: Scene) -> Split:
+def _split(shell: Shell, scene: Scene, regions: Sequence[Region | None]) -> Split:
+    """regions: where supports hold the shell."""
     mesh, patch, where = mesh_of(shell, scene), shell.patch, f"{scene.key_of(shell)}.patch"
     assert patch is not None
     patched = np.zeros(len(mesh.cells), bool)
@@ -216,7 +228,10 @@ def _split(shell: Shell, scene: Scene) -> Split:
                 f"{show(mesh.spacing, 'm')} wide and reach from ({low}) to ({high})"
             )
         patched |= caught
-    corner = np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)
+    corner = _corners(mesh)
+    held = np.zeros(len(mesh.points), bool)
+    for support in regions:
+        held |= inside(support, mesh.points) if support is not None else True
     said = patched = _closed(patched, corner)
     if patch.cells:
         if max(patch.cells) >= len(mesh.cells):
@@ -226,10 +241,14 @@ def _split(shell: Shell, scene: Scene) -> Split:
         patched = _closed(patched, corner)
     if patched.all():
         raise SceneError(f"{where} takes all elements of shell '{shell.name}'; leave the patch out and set its formulation to 'galerkin'")
-    node = np.zeros(len(mesh.points), bool)
-    node[corner[patched]] = True
-    overlap = node[corner].any(axis=1) & ~patched
+    overlap = _around(corner, patched) & ~patched
     both = np.flatnonzero(patched | overlap)
+    able = _able(mesh, held[corner].any(axis=1)) if patch.grows else patched
+    if not patch.where and not able.any():
+        raise SceneError(
+            f"{where} = 'auto': no element of shell '{shell.name}' can become particles: beside each there is a triangle, an edge where "
+            "the surface turns by more than 25 degrees over half an element, or a support; refine the mesh, or leave the patch out"
+        )
     if (mesh.cells[both, 3] < 0).any():
         bad = mesh.centres[both[mesh.cells[both, 3] < 0][0]]
         raise SceneError(
@@ -237,16 +256,19 @@ def _split(shell: Shell, scene: Scene) -> Split:
             "mesh the patch and one element around it with quadrangles, or move it"
         )
     _apart(mesh, corner, patched, overlap, where)
-    size = float(np.sqrt(mesh.areas[both].mean()))
-    n = round(size / patch.spacing)
+    # of a patch that grows: where it begins, for n must stay
+    begins = _around(corner, said) if patch.where else able
+    size = float(np.sqrt(mesh.areas[begins if patch.grows else both].mean()))
+    apart = patch.apart(size)
+    n = round(size / apart)
     if not FEWEST <= n <= MOST:
         limit = f"may be at most {MOST} times" if n > MOST else f"must be at least {FEWEST} times"
         change = "refine the mesh there, or raise the patch's spacing" if n > MOST else "lower the patch's spacing"
         raise SceneError(
-            f"{where}.spacing {show(patch.spacing, 'm')}: the elements there are {show(size, 'm')} wide, and {limit} as wide; {change}"
+            f"{where}.spacing {show(apart, 'm')}: the elements there are {show(size, 'm')} wide, and {limit} as wide; {change}"
         )
     lean = _leans(mesh)[both]
-    if lean.min() < SHARPEST:
+    if lean.min(initial=1.0) < SHARPEST:
         bad = mesh.centres[both[lean.argmin()]]
         raise SceneError(
             f"{where}: at ({', '.join(show(x, 'm') for x in bad)}) the surface turns by more than 25 degrees over half an element, and no "
@@ -255,13 +277,29 @@ def _split(shell: Shell, scene: Scene) -> Split:
     alpha = np.zeros(len(mesh.points))
     alpha[corner[patched]] = 1.0
     fine = subdivided(mesh, both, n, ~said[both])  # what has grown stays where its elements were
-    return Split(mesh, patch, n, said, patched, overlap, alpha, _moved(fine, patch))
+    return Split(mesh, patch, n, held[corner].any(axis=1), said, patched, overlap, alpha, _moved(fine, patch))
+
+
+def _corners(mesh: SurfaceMesh) -> np.ndarray:
+    """(M, 4) nodes of the cells; a triangle has its first one twice."""
+    return np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)
+
+
+def _around(corner: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """(M,) bool: the cells that are chosen, and all that share a node with them."""
+    node = np.zeros(corner.max() + 1, bool)
+    node[corner[chosen]] = True
+    return np.asarray(node[corner].any(axis=1))
+
+
+def _able(mesh: SurfaceMesh, held: np.ndarray) -> np.ndarray:
+    """(M,) bool: elements beside none that cannot be divided or that is `held` (M,)."""
+    return ~_around(_corners(mesh), (mesh.cells[:, 3] < 0) | (_leans(mesh) < SHARPEST) | held)
 
 
 def _leans(mesh: SurfaceMesh) -> np.ndarray:
     """(M,) the least cosine between the middle of a cell and its corners."""
-    corner = np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)
-    return np.abs(np.einsum("mi,mki->mk", mesh.frames[:, 2], mesh.node_normals[corner])).min(axis=1)
+    return np.abs(np.einsum("mi,mki->mk", mesh.frames[:, 2], mesh.node_normals[_corners(mesh)])).min(axis=1)
 
 
 def _closed(patched: np.ndarray, corner: np.ndarray) -> np.ndarray:
@@ -289,6 +327,16 @@ def _moved(fine: Subdivided, patch: Patch) -> Subdivided:
 
 def _apart(mesh: SurfaceMesh, corner: np.ndarray, patched: np.ndarray, overlap: np.ndarray, where: str) -> None:
     """SceneError where the overlaps of two patches share a node: an element there would be weighed twice."""
+    bad = _touching(mesh, corner, patched, overlap)
+    if len(bad):
+        at = ", ".join(show(x, "m") for x in mesh.points[bad[0]])
+        raise SceneError(
+            f"{where}.where: the overlaps of two patches touch at ({at}); keep at least three elements between patches, or let them be one"
+        )
+
+
+def _touching(mesh: SurfaceMesh, corner: np.ndarray, patched: np.ndarray, overlap: np.ndarray) -> np.ndarray:
+    """Numbers of nodes that the overlaps of two patches share."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -303,16 +351,13 @@ def _apart(mesh: SurfaceMesh, corner: np.ndarray, patched: np.ndarray, overlap: 
     low, high = np.full(n, n), np.full(n, -1)
     np.minimum.at(low, around.ravel(), np.repeat(first, 4))
     np.maximum.at(high, around.ravel(), np.repeat(last, 4))
-    bad = np.flatnonzero((high >= 0) & (low != high))
-    if len(bad):
-        at = ", ".join(show(x, "m") for x in mesh.points[bad[0]])
-        raise SceneError(
-            f"{where}.where: the overlaps of two patches touch at ({at}); keep at least three elements between patches, or let them be one"
-        )
+    return np.flatnonzero((high >= 0) & (low != high))
 
 
 def _supports(scene: Scene, shell: Shell, split: Split) -> None:
     """SceneError where a prescribed motion holds what is tied, or both parts."""
+    if not split.patched.any():
+        return
     for number, motion in enumerate(scene.motions):
         if motion.body != shell.name:
             continue

@@ -31,6 +31,13 @@ def at_most(frame: BodyFrame, split: Split, elements: bool) -> BodyFrame:
     )
 
 
+def none_of(frame: BodyFrame, name: str) -> BodyFrame:
+    """The frame of particles that are not there yet, with what frames show of elements."""
+    cell_data = {key: values[:0] for key, values in frame.cell_data.items() if key != "hidden"}
+    point_data = {key: values[:0] for key, values in frame.point_data.items()}
+    return replace(frame, name=name, points=frame.points[:0], cells=frame.cells[:0], point_data=point_data, cell_data=cell_data)
+
+
 def _spread(values: np.ndarray, rows: np.ndarray, n: int, beyond: float = 0.0) -> np.ndarray:
     found = np.full((n, *values.shape[1:]), beyond, values.dtype)
     found[rows] = values

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, StrictBool, StrictInt, model_validator
+from pydantic import Field, StrictBool, StrictInt, field_validator, model_validator
 
+from ...errors import nearest
 from ...scene.base import Body, Choice, Frozen, Point
 from ...scene.laws import Material
 from ...scene.regions import Region
@@ -82,6 +83,8 @@ class FiniteElements(Frozen):
 Formulation = Annotated[Galerkin | Collocation | FiniteElements, *Choice]
 
 PARTICLES = ".particles"  # end of the name of the particles of a shell of elements
+THIRD = 3  # particles along the side of an element, where nothing else is said
+AUTO = "auto"  # a patch that begins with no element
 
 
 class Patch(Frozen):
@@ -92,12 +95,13 @@ class Patch(Frozen):
     `weight` of the particles there: "half", or growing from 0 to 1 as "linear" or "cubic". `multipliers`: on the gradient of the weight, or
     as T has them on the "volume", from the Gauss points of the elements with moving least squares over `reach` times the distance of those
     from the middle. `directors`: they are tied too. `irregularity`: particles inside are moved at random by up to so many spacings.
-    `grows`: where damage comes near the border of the patch, more elements become particles during the run. `cells`: elements, by their
-    numbers in the mesh, that are particles beside those in the regions; a patch that has grown holds them.
+    `grows`: where damage comes near the border of the patch, or a fast striker near an element, more elements become particles during the
+    run; it may begin with no region, all elements ("auto" says that). `spacing` None: a third of the elements' width. `cells`: elements, by
+    their numbers in the mesh, that are particles beside those in the regions; a patch that has grown holds them.
     """
 
-    where: Annotated[tuple[Region, ...], Field(min_length=1, max_length=200)]
-    spacing: Annotated[Length, Field(gt=0)]
+    where: Annotated[tuple[Region, ...], Field(max_length=200)] = ()
+    spacing: Annotated[Length, Field(gt=0)] | None = None
     weight: Literal["half", "linear", "cubic"] = "half"
     multipliers: Literal["gradient", "volume"] = "gradient"
     reach: Annotated[Dimensionless, Field(ge=0.5, le=3)] = 2.0
@@ -106,6 +110,23 @@ class Patch(Frozen):
     grows: StrictBool = False
     cells: tuple[Annotated[StrictInt, Field(ge=0)], ...] = ()
     formulation: Galerkin = Galerkin()
+
+    @property
+    def there(self) -> bool:
+        """Whether it holds any element; all elements of a patch that may grow can still be elements."""
+        return bool(self.where or self.cells)
+
+    def apart(self, width: float) -> float:
+        """Spacing of the particles [m] where the elements are `width` [m] wide."""
+        return width / THIRD if self.spacing is None else self.spacing
+
+    @model_validator(mode="after")
+    def _begins(self) -> Patch:
+        if not self.there and not self.grows:
+            raise ValueError(
+                "where is empty, and no element would become particles: give regions, or patch = 'auto', which begins where damage comes"
+            )
+        return self
 
     @model_validator(mode="after")
     def _may_grow(self) -> Patch:
@@ -160,7 +181,16 @@ class Shell(Body):
     formulation: Formulation | None = None
     raised_inertia: StrictBool | None = None
     every: Annotated[StrictInt, Field(ge=1, le=20)] | None = None
-    patch: Patch | None = None  # particles in a shell of elements
+    patch: Patch | None = None  # particles in a shell of elements; "auto": of those near damage, as it comes
+
+    @field_validator("patch", mode="before")
+    @classmethod
+    def _in_a_word(cls, value: Any) -> Any:
+        if not isinstance(value, str):
+            return value
+        if value != AUTO:
+            raise ValueError(f"'{value}' is no patch: it is 'auto', or has regions (where) and a spacing{nearest(value, [AUTO])}")
+        return {"grows": True}
 
     @model_validator(mode="after")
     def _believable(self) -> Shell:
@@ -256,7 +286,10 @@ class Shell(Body):
             )
         scene.in_time("particles and elements are tied", f"{where}.patch")
         if patch.grows and self.material.critical_damage is None:
-            raise ValueError(f"{where}.patch.grows: nothing of shell '{self.name}' breaks (no critical_damage); leave it out")
+            what, hint = "patch.grows", "leave it out"
+            if not patch.where:
+                what, hint = "patch = 'auto'", "leave the patch out, or say when it breaks"
+            raise ValueError(f"{where}.{what}: nothing of shell '{self.name}' breaks (no critical_damage); {hint}")
         if self.every not in (None, 1):
             raise ValueError(f"{where}.every: elements and particles of shell '{self.name}' take the same steps; leave it out")
         if self.self_contact:

@@ -225,6 +225,13 @@ class SolidGroup(Rest):
         met = [body for body in self.solids if body.split is None and meets(body.name)]
         return [SolidPoints(name, self, each_of(max(body.mesh.spacing for body in met), spacing), meets)] if met else []
 
+    def tips(self, meets: Callable[[str], bool]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The nodes of the surface."""
+        met = np.repeat([meets(span.name) for span in self.bodies], [span.n for span in self.bodies])
+        own = self.skin.numbers[met[self.skin.numbers]]
+        u, v = (runtime.get(field, self.nodes.n)[own].astype(np.float64) for field in (self.nodes.u, self.nodes.v))
+        return self.mesh.points[own] + u, np.zeros(len(own)), np.linalg.norm(v, axis=1)
+
     def surface(self) -> SolidSurface | None:
         """None of a part, which nothing touches yet."""
         return SolidSurface(self) if self.solids[0].split is None else None

@@ -4,9 +4,11 @@
     d* = w* x n                       H l = C d*      d = d* - M^-1 C^T l,      w = n x d
 
 C v = 0 before and after a step, so l^T C does no work, and C x keeps its value. The part of d along the director is dropped. What that
-leaves of C d is of second order in the angle between neighbouring directors, and it is there to be corrected in the next step: more sweeps
-within a step change nothing that can be seen (docs/method.md). Impulses become forces and couples on the nodes. C is stored by rows and by
-nodes, so that both products are gathered in a fixed order. The two triangles of each overlap are solved by one thread.
+leaves of C d is of second order in the angle between neighbouring directors. It is nearly the same in every step, so what was dropped in
+the last step is added to d* beforehand: that does what more sweeps within a step would (docs/method.md). Impulses become forces and
+couples on the nodes. C is stored by rows and by nodes, so that both products are gathered in a fixed order. The two triangles of each
+overlap are solved by one thread. On a processor one thread does it all where C is short, to the same bits: it is done before others would
+be awake.
 """
 
 from typing import Any
@@ -21,6 +23,7 @@ from ...runtime import ti
 from .constraints import Constraints
 from .factor import Factor
 
+FEW = 100_000  # entries of C; one thread takes some 4 ns for each, and 0.4 ms pass until all threads have met four times
 ROOM = 2  # widths of the band of L: a crack may change the order of the rows
 
 
@@ -37,6 +40,7 @@ class Tie(Pool):
         self.middle = len(self.used[0])
         self.n, self.n_rows = sum(map(len, self.used)), parts[0].shape[0]
         n, rows, pairs = self.n, self.n_rows, sum(part.nnz for part in parts)
+        self.pairs = pairs
         field = self.field
         self.who = field("who", n, dtype="i32", doc="number of a node in its group")
         self.ease = field("ease", n, dtype="f64", unit="1/kg", doc="inverse mass")
@@ -48,7 +52,7 @@ class Tie(Pool):
         self.t_row = field("t_row", pairs, dtype="i32", doc="row of a pair")
         self.t_coef = field("t_coef", pairs, dtype="f64", doc="of C")
         self.room = rows * (ROOM * factor.band + 1)
-        self.lower = field("lower", self.room, dtype="f64", doc="L, row by row, its diagonal last")
+        self.lower = field("lower", self.room, dtype="f64", doc="L, row by row, 1 / its diagonal last")
         self.first = field("first", rows, dtype="i32", doc="first number of a row of L that is not 0")
         self.block = field("block", rows + 1, dtype="i32", doc="first rows of the blocks of L, which do not see each other")
         self.y = field("y", rows, self.width, "f64", doc="C v* and C d*, then l")
@@ -58,6 +62,7 @@ class Tie(Pool):
             self.length = field("length", n, dtype="f64", doc="of the director")
             self.director = field("director", n, 3, "f64", doc="n")
             self.spin = field("spin", n, 3, "f64", unit="rad/s", doc="w*")
+            self.dropped = self.field("dropped", n, 3, "f64", doc="of d in the last step, along n, times the length", keeps=True)
             runtime.put(self.length, np.r_[np.ones(self.middle), factor.rows.length[self.used[1]]])
         self.put(factor)
 
@@ -81,14 +86,21 @@ class Tie(Pool):
         runtime.put(self.t_start, T.indptr.astype(np.int32))
         runtime.put(self.t_row, T.indices.astype(np.int32))
         runtime.put(self.t_coef, T.data)
-        runtime.put(self.lower, factor.lower.ravel())
+        lower = factor.lower.copy()
+        lower[:, -1] = 1.0 / lower[:, -1]
+        runtime.put(self.lower, lower.ravel())
         runtime.put(self.first, factor.first.astype(np.int32))
         runtime.put(self.block, blocks.astype(np.int32))
+
+    def multipliers(self) -> np.ndarray:
+        """(R, width) l of the last step, of velocities and of directors."""
+        return runtime.get(self.y, self.n_rows)
 
     def act(self, groups: tuple[Any, Any], kick: float) -> None:
         """On the elements and the particles, over a kick [s]."""
         one, two = groups
-        _act(self, one.nodes, one.loads, two.nodes, two.loads, self.middle, self.n, self.n_rows, self.n_blocks, self.band, kick)
+        act = _act_here if runtime.one_by_one() and self.pairs < FEW else _act
+        act(self, one.nodes, one.loads, two.nodes, two.loads, self.middle, self.n, self.n_rows, self.n_blocks, self.band, kick)
 
 
 @ti.kernel
@@ -102,20 +114,60 @@ def _act(
         else:
             _foresee(tie, b, b_loads, m, kick)
     for r in range(rows):
-        y = tie.y[r] * 0.0
-        for k in range(tie.start[r], tie.start[r + 1]):
-            y += tie.coef[k] * tie.w[tie.place[k]]
-        tie.y[r] = y
+        _row(tie, r)
     for c in range(blocks):
         _forward_back(tie, tie.block[c], tie.block[c + 1], band)
     for m in range(n):
-        impulse = tie.w[m] * 0.0
-        for k in range(tie.t_start[m], tie.t_start[m + 1]):
-            impulse -= tie.t_coef[k] * tie.y[tie.t_row[k]]
+        impulse = _impulse(tie, m)
         if m < middle:
             _strike(tie, a, m, impulse, 1.0 / kick)
         else:
             _strike(tie, b, m, impulse, 1.0 / kick)
+
+
+@ti.kernel
+def _act_here(
+    tie: ti.template(), a: ti.template(), a_loads: ti.template(), b: ti.template(), b_loads: ti.template(), middle: ti.i32, n: ti.i32,
+    rows: ti.i32, blocks: ti.i32, band: ti.i32, kick: ti.f64,
+):  # fmt: skip
+    """`_act` by one thread."""
+    ti.loop_config(serialize=True)
+    for m in range(n):
+        if m < middle:
+            _foresee(tie, a, a_loads, m, kick)
+        else:
+            _foresee(tie, b, b_loads, m, kick)
+    ti.loop_config(serialize=True)
+    for r in range(rows):
+        _row(tie, r)
+    ti.loop_config(serialize=True)
+    for c in range(blocks):
+        _forward_back(tie, tie.block[c], tie.block[c + 1], band)
+    ti.loop_config(serialize=True)
+    for m in range(n):
+        impulse = _impulse(tie, m)
+        if m < middle:
+            _strike(tie, a, m, impulse, 1.0 / kick)
+        else:
+            _strike(tie, b, m, impulse, 1.0 / kick)
+
+
+@ti.func
+def _row(tie: ti.template(), r):
+    """C w* of a row."""
+    y = tie.y[r] * 0.0
+    for k in range(tie.start[r], tie.start[r + 1]):
+        y += tie.coef[k] * tie.w[tie.place[k]]
+    tie.y[r] = y
+
+
+@ti.func
+def _impulse(tie: ti.template(), m):
+    """-C^T l of the node at place m."""
+    impulse = tie.w[m] * 0.0
+    for k in range(tie.t_start[m], tie.t_start[m + 1]):
+        impulse -= tie.t_coef[k] * tie.y[tie.t_row[k]]
+    return impulse
 
 
 @ti.func
@@ -137,7 +189,7 @@ def _foresee(tie: ti.template(), nodes: ti.template(), loads: ti.template(), m, 
         spin = ti.cast(nodes.omega[i], ti.f64) + kick / ti.cast(nodes.inertia[i], ti.f64) * ti.cast(torque, ti.f64)
         director = ti.cast(n, ti.f64)
         tie.director[m], tie.spin[m] = director, spin
-        rate = tie.length[m] * spin.cross(director)
+        rate = tie.length[m] * spin.cross(director) + tie.dropped[m]
         for c in ti.static(range(3)):
             w[3 + c] = rate[c]
     tie.w[m] = w
@@ -151,10 +203,11 @@ def _strike(tie: ti.template(), nodes: ti.template(), m, impulse: ti.template(),
         nodes.force[i][c] += ti.cast(per_kick * impulse[c], float)
     if ti.static(tie.turns):
         ease = tie.ease[m] * tie.length[m]
-        rate = ti.Vector([tie.w[m][3 + c] / tie.length[m] + ease * impulse[3 + c] for c in ti.static(range(3))])
         n = tie.director[m]
+        rate = tie.spin[m].cross(n) + ease * ti.Vector([impulse[3 + c] for c in ti.static(range(3))])
         change = (n.cross(rate) - tie.spin[m]).cross(n)
         nodes.couple[i] += ti.cast(per_kick * ti.cast(nodes.inertia[i], ti.f64) * change, float)
+        tie.dropped[m] = -tie.length[m] * rate.dot(n) * n
 
 
 @ti.func
@@ -162,14 +215,14 @@ def _forward_back(tie: ti.template(), first, last, band):
     """H^-1 of y in the rows of a block, by one thread."""
     for r in range(first, last):
         y = tie.y[r]
-        row = r * band + band  # the diagonal of L is its entry row + r
+        row = r * band + band  # entry row + r: 1 / the diagonal of L
         for k in range(tie.first[r], r):
             y -= tie.lower[row + k] * tie.y[k]
-        tie.y[r] = y / tie.lower[row + r]
+        tie.y[r] = y * tie.lower[row + r]
     for q in range(last - first):
         r = last - 1 - q
         row = r * band + band
-        y = tie.y[r] / tie.lower[row + r]
+        y = tie.y[r] * tie.lower[row + r]
         tie.y[r] = y
         for k in range(tie.first[r], r):
             tie.y[k] -= tie.lower[row + k] * y

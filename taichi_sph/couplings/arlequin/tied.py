@@ -22,6 +22,11 @@ from .tie import Tie
 STARTING = 3  # sweeps over the directors of the velocities that are given
 
 
+def named(number: int) -> str:
+    """Of the pool of the coupling with that number."""
+    return f"arlequin_{number}" if number > 1 else "arlequin"
+
+
 class Tied(Coupling):
     """groups: that of the elements and that of the particles; tie: the constraints at work; seconds: of wall clock that they took."""
 
@@ -38,7 +43,7 @@ class Tied(Coupling):
                 f"{self.factor.smallest:.2g}); choose another region or another weight"
             )
         bends = self.elements.nodes.bends
-        self.tie = Tie(self.factor, self.mass, bends, self.directors, f"arlequin_{number}" if number > 1 else "arlequin")
+        self.tie = Tie(self.factor, self.mass, bends, self.directors, named(number))
         self._loose(scene)
         self.seconds = 0.0
 
@@ -93,9 +98,9 @@ class Tied(Coupling):
         self.tie.act(self.groups, now.kick)
         self.seconds += perf_counter() - began
 
-    def left(self) -> tuple[float, float]:
-        """Largest difference of what is tied: velocities over the largest one, and rates of directors over the largest one."""
-        rows, found = self.factor.rows, []
+    def rates(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Of elements and of particles: velocities, and rates of directors where those are tied, with their lengths."""
+        found = []
         for turning in (False, True)[: 2 if self.tie.turns else 1]:
             values = []
             for group in self.groups:
@@ -104,7 +109,17 @@ class Tied(Coupling):
                 if turning:
                     v = np.cross(v, _directors(group))
                 values.append(v)
-            of_elements, of_particles = values[0], rows.length[:, None] * values[1] if turning else values[1]
+            found.append((values[0], self.factor.rows.length[:, None] * values[1] if turning else values[1]))
+        return found
+
+    def apart(self) -> list[np.ndarray]:
+        """(R, c) C v, and C d: what the velocities are off the constraints."""
+        return [self.factor.rows(*rates) for rates in self.rates()]
+
+    def left(self) -> tuple[float, float]:
+        """Largest difference of what is tied: velocities over the largest one, and rates of directors over the largest one."""
+        rows, found = self.factor.rows, []
+        for of_elements, of_particles in self.rates():
             size = np.sqrt(max(float(((abs(rows.elements) @ np.abs(of_elements)) ** 2).sum(axis=1).max()), 1e-300))
             found.append(float(np.abs(rows(of_elements, of_particles)).max()) / size)
         return found[0], found[-1] if self.tie.turns else 0.0

@@ -47,6 +47,7 @@ class ContactCoupling(Coupling):
 
     def __init__(self, scene: Scene, groups: Sequence[Group], surfaces: list[Surface], meetings: Meetings) -> None:
         self.common = common_schedule(groups)
+        self.late = any(shell.patch is not None for shell in scene.shells)  # a tie changes what contact made of velocities
         flat, faced = (
             np.array([element is not None for element, s in zip(elements, surfaces) for _ in s.bodies])
             for elements in zip(*((s.discs, s.faces) for s in surfaces))
@@ -75,7 +76,11 @@ class ContactCoupling(Coupling):
         self.contact.check_start()
 
     def correct(self, now: Now) -> None:
-        self.contact.add(now, self.common)
+        self.contact.add(now, self.common, not self.late)
+
+    def book(self, now: Now) -> None:
+        if self.late:
+            self.contact.book(now, True)
 
     def entries(self) -> Entries:
         return Entries(internal=self.contact.taken())

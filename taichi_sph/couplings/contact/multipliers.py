@@ -106,6 +106,7 @@ class Contact(Pool):
         runtime.fill(self.travelled, FAR)
         runtime.fill(self.aged, FAR)
         self.did = field("did", 1, dtype="i32", doc="iterations of the last step that one thread made")
+        self.acts = 0  # bodies that contact pushes in this step
         self.touching = 0  # pairs with a force
         self.iterations = 0  # of the last step
         self.all_iterations, self.solves, self.unsolved = 0, 0, 0
@@ -142,8 +143,9 @@ class Contact(Pool):
                 hint += "; a filling whose particles are coarse comes to lie in the corners of its vessel: lower the fluid's spacing"
             raise SceneError(f"{one} starts {1e3 * -gap[k]:.3g} mm inside {two}: {hint}")
 
-    def add(self, now: Now, common: int) -> None:
-        """Forces of contact at the present time, once all others are known. common: steps after which all groups are due together."""
+    def add(self, now: Now, common: int, books: bool = True) -> None:
+        """Forces of contact at the present time, once all others are known. common: steps after which all groups are due together; books:
+        nothing else changes the velocities to come, and the work is known."""
         began = clock.perf_counter()
         port, pairs = self.port, self.pairs
         step = now.step % common
@@ -159,14 +161,24 @@ class Contact(Pool):
         if any(s.source is not None for s in renumbered):
             pairs.list_movers()
         self.iterations = 0
-        acts = 0
+        self.acts = 0
         if pairs.n:
             port.offer(pairs.bounds, now)
-            acts = _measure(self, now.dt, self.close, 1, step)
-            if acts:
+            self.acts = _measure(self, now.dt, self.close, 1, step)
+            if self.acts:
                 self._solve()
                 port.take(pairs.bounds, now)
-        self.touching = _book(self, self.blocks, now.dt_before, now.dt, 1.0 / now.kick, acts)
+        self.seconds += clock.perf_counter() - began
+        if books:
+            self.book(now)
+
+    def book(self, now: Now, anew: bool = False) -> None:
+        """The work of contact. anew: by the velocities to come as they are now, for impulses came after those of contact."""
+        began = clock.perf_counter()
+        if anew and self.acts:
+            self.port.offer(self.pairs.bounds, now)
+            _met(self)
+        self.touching = _book(self, self.blocks, now.dt_before, now.dt, 1.0 / now.kick, self.acts)
         self.seconds += clock.perf_counter() - began
 
     def _forget(self, surface: Surface) -> None:
@@ -812,6 +824,23 @@ def _solve_here(contact: ti.template(), most: ti.i32, tolerance: ti.f64) -> ti.f
                 going = 0
         contact.did[0] = did
     return worst
+
+
+@ti.kernel
+def _met(contact: ti.template()):
+    """Velocities to come of the pairs, of movers that have taken all impulses."""
+    pairs = contact.pairs
+    for m in range(pairs.size[WHO]):
+        contact.dv[m] = ti.Vector([0.0, 0.0, 0.0], ti.f64)
+        if m >= pairs.size[TURNING]:
+            contact.dw[m - pairs.size[TURNING]] = ti.Vector([0.0, 0.0, 0.0], ti.f64)
+    for k in range(pairs.size[PAIRS]):
+        if pairs.near[k] == 1:
+            _, u = _speeds(contact, k, pairs.a[k], pairs.b[k], pairs.size[TURNING])
+            free = u.dot(pairs.normal[k])
+            pairs.free[k] = free
+            if ti.static(pairs.table.rubs):
+                pairs.slip[k] = u - free * pairs.normal[k]
 
 
 @ti.kernel
