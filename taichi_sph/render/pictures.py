@@ -235,7 +235,13 @@ def _subtitle(run: RunFolder, *parts: str) -> str:
     numerics = scene.numerics
     head = f"{scene.quality}, {scene.formulations}, spacing {numerics.spacing * 1e3:.3g} mm"
     without = f"without {', '.join(names)}" if (names := struck.hidden(run)) else ""
-    return "   ·   ".join([head, *(p for p in (*parts, without) if p)])
+    return "   ·   ".join([head, *_finer(run), *(p for p in (*parts, without) if p)])
+
+
+def _finer(run: RunFolder) -> list[str]:
+    """Of each fluid that is finer in a part of it, how fine."""
+    sizes = {fluid.name: run.frames(fluid.name).body(0).point_data["diameter"] for fluid in run.scene.fluids if fluid.finer}
+    return [f"{name} {1e3 * own.max():.3g} to {1e3 * own.min():.3g} mm" for name, own in sizes.items()]
 
 
 def render_run(folder: Path | str, notice: Callable[[str], None] | None = None, movie: bool = False) -> list[Path]:
