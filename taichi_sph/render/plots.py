@@ -15,6 +15,7 @@ from ..output.measures import column, perforation
 from ..output.measures import leak as leaking
 from ..output.measures.fragments import free_masses
 from ..output.measures.waves import rayleigh_speed
+from ..scene.units import show
 
 PALETTE = ("#1b4f80", "#c8402f", "#e0912f", "#4b8f5a", "#7a5aa6", "#3aa0a8", "#8c6d46", "#d26fa5", "#6b7680", "#a8b545")
 SOFT_LINE = "#6b7680"
@@ -229,18 +230,18 @@ def strikers(run: RunFolder) -> Figure | None:
         bottom.set_xlabel(f"time [{unit}]")
         top.margins(x=0)
         _direct_labels(top, ends, last * scale, 0.06)
-        _mark(top, ruptured, scale, unit, (top, bottom))
+        _mark(top, ruptured, scale, (top, bottom))
     return figure
 
 
-def _mark(axes: plt.Axes, time: float | None, scale: float, unit: str, through: tuple[plt.Axes, ...]) -> None:
-    """A line where the first cell broke."""
+def _mark(axes: plt.Axes, time: float | None, scale: float, through: tuple[plt.Axes, ...]) -> None:
+    """A line where the first cell broke, at this time [s]."""
     if time is None:
         return
     for each in through:
         each.axvline(time * scale, color="#e0912f", lw=1.0)
     axes.annotate(
-        f"first rupture at {time * scale:.3g} {unit}", (time * scale, axes.get_ylim()[0]), xytext=(5, 12),
+        f"first rupture at {show(time, 's')}", (time * scale, axes.get_ylim()[0]), xytext=(5, 12),
         textcoords="offset points", color="#b06a12", fontsize=9,
     )  # fmt: skip
 
@@ -305,7 +306,7 @@ def leak(run: RunFolder, fluid: str) -> Figure | None:
             if np.isfinite(values).any():
                 panel.set_ylim(min(0.0, float(np.nanmin(values))), 1.12 * max(float(np.nanmax(values)), 1e-12))
             panel.margins(x=0)
-        _mark(axes[0, 0], perforation.first_rupture(run), scale, unit, (axes[0, 0],))
+        _mark(axes[0, 0], perforation.first_rupture(run), scale, (axes[0, 0],))
         mean = leaking.leak_rate(run, run.scene, fluid=fluid)
         axes[0, 1].plot([(1.0 - leaking.LAST) * time[-1], time[-1]], [mean, mean], color=SOFT_LINE, lw=2.0, ls=":")
         axes[0, 1].annotate(
