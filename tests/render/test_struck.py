@@ -46,7 +46,7 @@ def runs(tmp_path_factory) -> dict[str, RunFolder]:
 @pytest.mark.parametrize(
     "name, expected",
     [
-        ("plate", ["impact.png", "impact_over_time.png", "strikers.png", "energies.png"]),
+        ("plate", ["impact.png", "impact_over_time.png", "strikers.png", "plan.png", "energies.png"]),
         ("full", ["impact.png", "impact_over_time.png", "strikers.png", "leak.png", "energies.png"]),
         (
             "two",
