@@ -84,7 +84,7 @@ def _offer(port: ti.template(), p: ti.template(), first: ti.i32, last: ti.i32, b
         j = port.who[m] - base
         port.x[m] = ti.cast(p.x[j], ti.f64)
         port.before[m] = ti.cast(p.v[j], ti.f64)
-        port.free[m] = ti.cast(p.v[j] + times * kick / p.mass[j] * p.force[j], ti.f64)
+        port.free[m] = ti.cast(p.v[j] + times * kick / p.mass[j] * (p.force[j] + p.push[j]), ti.f64)  # push: of this step, or none yet
         w = ti.Vector([0.0, 0.0, 0.0], ti.f64)
         w += 1.0 / ti.cast(p.mass[j], ti.f64)
         port.ease[m] = w

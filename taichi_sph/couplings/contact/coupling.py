@@ -47,7 +47,8 @@ class ContactCoupling(Coupling):
 
     def __init__(self, scene: Scene, groups: Sequence[Group], surfaces: list[Surface], meetings: Meetings) -> None:
         self.common = common_schedule(groups)
-        self.late = any(shell.patch is not None for shell in scene.shells)  # a tie changes what contact made of velocities
+        # ties and welds change what contact made of velocities
+        self.late = bool(scene.welds) or any(shell.patch is not None for shell in scene.shells)
         flat, faced = (
             np.array([element is not None for element, s in zip(elements, surfaces) for _ in s.bodies])
             for elements in zip(*((s.discs, s.faces) for s in surfaces))

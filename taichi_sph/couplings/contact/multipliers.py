@@ -286,7 +286,7 @@ def _next(t: float) -> float:
 @ti.kernel
 def _wear(contact: ti.template(), bodies: ti.i32, dt: ti.f64, skin: ti.f64, close: ti.f64, step: ti.i32) -> ti.i32:
     """How far each part has gone by the end of this step; marks the bodies of those whose pairs must be searched or whose discs must be
-    shaped, and counts them. Both sides of a pair have gone that far, and a disc that was shaped on the way may have grown by as much."""
+    shaped, and counts them. Both sides of a pair may have gone that far, and a disc that was shaped on the way may have grown by as much."""
     port = contact.port
     root = ti.static(contact.pairs.root)
     worn = 0
@@ -303,7 +303,7 @@ def _wear(contact: ti.template(), bodies: ti.i32, dt: ti.f64, skin: ti.f64, clos
             contact.going[b] = contact.lasting[r] * dt * contact.top[r]
             contact.travelled[b] += contact.going[b]
             contact.aged[b] += contact.going[b]
-            if 3.0 * contact.travelled[b] - contact.aged[b] > 0.9 * skin:
+            if 2.0 * (2.0 * contact.travelled[b] - contact.aged[b]) > 0.9 * skin:
                 port.due[r] = SEARCH
             elif 2.0 * contact.aged[b] > 0.9 * close:
                 port.due[r] = ti.max(port.due[r], SHAPE)
