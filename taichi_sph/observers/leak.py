@@ -23,6 +23,7 @@ from .. import runtime
 from ..bodies.body import Span, holding
 from ..bodies.shell.said import PARTICLES
 from ..pool import Pool
+from .opening import opening
 
 if TYPE_CHECKING:
     from ..scene.schema import Scene
@@ -173,9 +174,21 @@ class LeakGauge(Pool):
         return np.flatnonzero(piece == np.bincount(piece).argmax())
 
     def opening(self) -> float:
-        """Area [m2] of the broken cells as they lie now, less what they had: cracks count by their width. A cell that has lost
-        a node to a fragment counts as it was."""
-        return sum((_opening(group, body) for group, body in self.parts), 0.0)
+        """Area [m2] that is open (opening.py)."""
+        broken = [_broken(group, body) == 1 for group, body in self.parts]
+        if not any(cells.any() for cells in broken):
+            return 0.0
+        held = np.zeros(len(self.points), bool)
+        held[self._whole()] = True
+        total, n = 0.0, 0
+        for (group, body), torn in zip(self.parts, broken):
+            mesh, own = body.mesh, slice(n, n + body.nodes.n)
+            corners = np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)
+            whole = ~torn & held[own][corners].all(axis=1)
+            loose = _at_nodes(group, body, "fragment") == 1
+            total += opening(mesh.points + _at_nodes(group, body, "u"), mesh.cells, mesh.edges.sides, mesh.areas, torn, loose, whole)
+            n += body.nodes.n
+        return total
 
 
 def _at_nodes(group: Any, body: Any, name: str) -> np.ndarray:
@@ -188,22 +201,6 @@ def _broken(group: Any, body: Any) -> np.ndarray:
     """Of the cells of a body: 1 where broken."""
     own = body.cells
     return runtime.get(group.cells.broken, group.cells.n)[own.first : own.first + own.n]
-
-
-def _opening(group: Any, body: Any) -> float:
-    """What the broken cells of a body leave open [m2]."""
-    mesh = body.mesh
-    broken = np.flatnonzero(_broken(group, body) == 1)
-    if not len(broken):
-        return 0.0
-    cells = mesh.cells[broken]
-    corners = np.where(cells < 0, cells[:, :1], cells)
-    x = mesh.points + _at_nodes(group, body, "u")
-    a, b, c, d = (x[corners[:, k]] for k in range(4))
-    now = 0.5 * np.linalg.norm(np.cross(c - a, d - b), axis=1)
-    was = mesh.areas[broken]
-    lost = (_at_nodes(group, body, "fragment")[corners] == 1).any(axis=1)
-    return float(np.where(lost, was, np.clip(now - was, 0.0, 4.0 * was)).sum())
 
 
 def gauges(scene: Scene, groups: Sequence[Any]) -> list[LeakGauge]:

@@ -286,7 +286,7 @@ def _next(t: float) -> float:
 @ti.kernel
 def _wear(contact: ti.template(), bodies: ti.i32, dt: ti.f64, skin: ti.f64, close: ti.f64, step: ti.i32) -> ti.i32:
     """How far each part has gone by the end of this step; marks the bodies of those whose pairs must be searched or whose discs must be
-    shaped, and counts them. Both sides of a pair may have gone that far, and a disc that was shaped on the way may have grown by as much."""
+    shaped, and counts them. Both sides of a pair may have gone that far, and a disc shaped on the way may have grown by as much."""
     port = contact.port
     root = ti.static(contact.pairs.root)
     worn = 0
