@@ -15,8 +15,10 @@ SCENES = Path(__file__).parents[2] / "scenes"
 @pytest.mark.parametrize(
     "name, wrong, said",
     [
-        ("arlequin_bar", {"form": "coupled", "particles": "0"}, "particles = 0 must be at least 1"),
-        ("arlequin_beam", {"form": "coupled", "particles": "0"}, "particles = 0 must be at least 1"),
+        *(
+            (f"arlequin_{of}", {"form": "coupled", "particles": "0"}, "particles = 0 must be at least 1")
+            for of in ("bar", "beam", "wave", "traction", "bending")
+        ),
         ("arlequin_bar", {"width": "1 mm"}, "form = 'all' chooses particles and width by itself"),
         ("arlequin_bar", {"particles": "2"}, "form = 'all' chooses particles and width by itself"),
         ("arlequin_beam", {"particles": "3"}, "form = 'all' chooses particles by itself"),

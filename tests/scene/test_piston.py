@@ -15,6 +15,7 @@ from taichi_sph.scene import Scene, load_scene
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "scenes"))
 from _slit_disc import square
+from piston import plate
 
 SCENE = Path(__file__).parents[2] / "scenes" / "piston.py"
 
@@ -48,10 +49,20 @@ def test_planes_of_symmetry_hold_what_lies_on_them(specimen, whole, cells=None):
         assert held[0][ends].sum() == held[1][ends].sum() == 1 and (held[0] ^ held[1])[ends].all()
 
 
-def test_wide_cells_are_held_like_narrow_ones():
-    """Squares of the mesh may be narrower than the cells that were asked for: their first row off a plane is free."""
+def test_the_widest_cells_are_held_like_narrow_ones():
     test_planes_of_symmetry_hold_what_lies_on_them("X", False, cells=5e-3)
+
+
+def test_squares_narrower_than_the_cells_are_free_beside_a_plane():
+    """Squares reach twice over half of a slit at least, however wide the cells: the motion of the plane that mirrors a flap does not reach the
+    next row."""
     assert square(10e-3, 30e-3) == 5e-3
+    shells, motions = plate("FU", 2e-3, 30e-3, 2)
+    points = shells[0].surface.points
+    for motion in motions[1:]:
+        axis = motion.velocity.index(0.0)
+        there = inside(motion.where, np.array(points), extent(np.array(points)))
+        assert there.any() and (np.abs(np.array(points)[there, axis]) < 5e-8).all()
 
 
 @pytest.mark.parametrize(
