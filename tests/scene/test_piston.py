@@ -54,8 +54,7 @@ def test_the_widest_cells_are_held_like_narrow_ones():
 
 
 def test_squares_narrower_than_the_cells_are_free_beside_a_plane():
-    """Squares reach twice over half of a slit at least, however wide the cells: the motion of the plane that mirrors a flap does not reach the
-    next row."""
+    """Two squares at least reach over half of a flap, however wide the cells: its mirror plane does not hold the next row."""
     assert square(10e-3, 30e-3) == 5e-3
     shells, motions = plate("FU", 2e-3, 30e-3, 2)
     points = shells[0].surface.points
