@@ -11,15 +11,20 @@ ROOM = 1.25  # the cells of the core are squares to so many times the reach of t
 OFF = 1e-9  # m: nearer than this is on a line
 
 
+def square(reach: float, d: float) -> float:
+    """Side [m] of the squares about the origin for cells of about d [m]: two of them at least reach as far as the slits."""
+    return reach / max(2, round(reach / d))
+
+
 def disc(radius: float, reach: float, d: float, diagonals: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """Nodes (N, 2) and cells (M, 4) of a disc about the origin with cells of about d [m]: a rounded core, and rings to the rim.
 
     About the origin the core has squares, so many that a line of nodes is `reach` [m] from each axis. `diagonals`: squares on them, within
     reach, are two triangles (-1 in the last column).
     """
-    cells = max(2, round(reach / d))
-    square, corner = reach / cells, CORNER * radius
-    n = max(2 * cells, round(0.5 * corner * (BULGE + np.sqrt(0.5)) / square))  # cells from the axis to the border of the core
+    side, corner = square(reach, d), CORNER * radius
+    cells = round(reach / side)
+    n = max(2 * cells, round(0.5 * corner * (BULGE + np.sqrt(0.5)) / side))  # cells from the axis to the border of the core
     i, j = np.meshgrid(np.arange(-n, n + 1), np.arange(-n, n + 1), indexing="ij")
     far = np.maximum(np.abs(i), np.abs(j))  # number of the square loop that a node is on
     wide = np.abs(i) >= np.abs(j)
@@ -27,7 +32,7 @@ def disc(radius: float, reach: float, d: float, diagonals: bool = False) -> tupl
     size = corner * (BULGE + (1 - BULGE) * turn**2)
     along, across = size * np.cos(turn * np.pi / 4), size * np.sin(turn * np.pi / 4)
     border = np.stack([np.where(wide, np.sign(i) * along, across), np.where(wide, across, np.sign(j) * along)], axis=-1)
-    own, straight = square * np.stack([i, j], axis=-1), ROOM * cells
+    own, straight = side * np.stack([i, j], axis=-1), ROOM * cells
     last = own * (straight / np.maximum(far, 1))[..., None]  # where the squares end, on the way out
     share = ((far - straight) / (n - straight))[..., None]
     core = np.where(share > 0, last + (border - last) * share, own).reshape(-1, 2)

@@ -10,7 +10,9 @@ Expected: returns within 0.6 % of L/c and 2 L/c, amplitude at least 0.997. P has
 """
 
 import math
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, StrictInt
 
 from taichi_sph.scene import (
     Box,
@@ -42,12 +44,14 @@ PARTICLES = {"draft": (1, 2, 3), "standard": (1, 2, 3, 4), "paper": (1, 2, 3, 4,
 def scene(
     quality: Quality = "draft",
     form: Literal["all", "coupled", "elements", "particles"] = "all",
-    particles: int = 3,
+    particles: Annotated[StrictInt, Field(ge=1)] = 3,
     width: Length = PULSES["short"],
 ) -> Scene | Study:
     if form != "all":
         return one(quality, form, particles, width)
-    cases = {f"{pulse}_{n}": one(quality, "coupled", n, width) for pulse, width in PULSES.items() for n in PARTICLES[quality]}
+    if (particles, width) != (3, PULSES["short"]):
+        raise ValueError("form = 'all' chooses particles and width by itself, many of them: leave them out, or set form = coupled")
+    cases = {f"{pulse}_{n}": one(quality, "coupled", n, wide) for pulse, wide in PULSES.items() for n in PARTICLES[quality]}
     cases |= {"elements": one(quality, "elements", 3, PULSES["short"])}
     cases |= {f"particles_{n}": one(quality, "particles", n, PULSES["short"]) for n in PARTICLES[quality][:2]}
     return Study(name="arlequin_bar", title="A pulse in a bar of elements and particles", source="P 4.1", quality=quality, cases=cases)

@@ -10,7 +10,9 @@ P, coupled to elements alone: 0.9 and 1.5 % of the times, 0.4 and 1.3 % of the a
     python scenes/arlequin_beam.py --quality paper --out DIR
 """
 
-from typing import Literal
+from typing import Annotated, Literal
+
+from pydantic import Field, StrictInt
 
 from taichi_sph.scene import (
     Box,
@@ -42,10 +44,14 @@ PARTICLES = {"draft": (2,), "standard": (2, 3), "paper": (2, 3, 4)}  # along the
 
 
 def scene(
-    quality: Quality = "draft", form: Literal["all", "coupled", "elements", "particles"] = "all", particles: int = 2
+    quality: Quality = "draft",
+    form: Literal["all", "coupled", "elements", "particles"] = "all",
+    particles: Annotated[StrictInt, Field(ge=1)] = 2,
 ) -> Scene | Study:
     if form != "all":
         return one(quality, form, particles)
+    if particles != 2:
+        raise ValueError("form = 'all' chooses particles by itself, many of them: leave them out, or set form = coupled")
     cases = {f"coupled_{n}": one(quality, "coupled", n) for n in PARTICLES[quality]} | {"elements": one(quality, "elements", 1)}
     return Study(name="arlequin_beam", title="A beam of elements and particles, bent", source="P 4.1", quality=quality, cases=cases)
 

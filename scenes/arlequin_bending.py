@@ -8,7 +8,9 @@ the mean over the next period is the static deflection.
 """
 
 import math
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, StrictInt
 
 from taichi_sph.scene import (
     Box,
@@ -41,7 +43,7 @@ def scene(
     quality: Quality = "draft",
     form: Literal["all", "coupled", "elements", "particles"] = "all",
     slenderness: Dimensionless = 1e-1,
-    particles: int = 5,
+    particles: Annotated[StrictInt, Field(ge=1)] = 5,
     weight: Literal["half", "linear"] = "half",
     directors: bool = True,
 ) -> Scene | Study:

@@ -7,9 +7,10 @@ series of a bar is the answer.
     python scenes/arlequin_traction.py --quality paper --out DIR
 """
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import Field, StrictInt
 
 from taichi_sph.scene import (
     Box,
@@ -41,7 +42,7 @@ WHEN = 9.2e-3  # s
 def scene(
     quality: Quality = "draft",
     form: Literal["all", "coupled", "elements", "particles"] = "all",
-    particles: int = 5,
+    particles: Annotated[StrictInt, Field(ge=1)] = 5,
     weight: Literal["half", "linear", "cubic"] = "half",
     multipliers: Literal["gradient", "volume"] = "gradient",
 ) -> Scene | Study:

@@ -9,7 +9,9 @@ Expected: returns within 0.4 % of L/c and 2 L/c, amplitude at least 0.998.
 """
 
 import math
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, StrictInt
 
 from taichi_sph.scene import (
     Box,
@@ -43,7 +45,7 @@ REACHES = {"draft": (2.0,), "standard": (1.0, 2.0), "paper": (0.5, 1.0, 2.0, 3.0
 def scene(
     quality: Quality = "draft",
     form: Literal["all", "coupled", "elements", "particles"] = "all",
-    particles: int = 5,
+    particles: Annotated[StrictInt, Field(ge=1)] = 5,
     weight: Literal["half", "linear", "cubic"] = "half",
     multipliers: Literal["gradient", "volume"] = "gradient",
     reach: Dimensionless = 2.0,

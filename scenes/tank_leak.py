@@ -14,7 +14,8 @@ itself comes nearer to the measured drag. `metal` as in empty_tank: the bullet i
 
 `coupled`: finite elements with one point, and particles over the height of the front face, 80 mm to both sides, and within 80 mm of where
 the bullet leaves (T 4.6.2: one long crack). They end two elements before the ends of the tank, whose edges no particles can follow. With
-`grows` particles stand within 80 mm of both holes at first, and more where damage comes near.
+`grows` particles stand within 80 mm of both holes at first, and more where damage comes near; with "auto" none before the bullet or damage
+comes near.
 
     python scenes/tank_leak.py --quality draft --out DIR
 """
@@ -40,7 +41,7 @@ def scene(
     drag: Dimensionless = 0.0,
     halved: int = 0,
     metal: Literal["none", "mild", "hard"] = "none",
-    coupled: bool = False,
+    coupled: bool | Literal["auto"] = False,
     grows: bool = False,
 ) -> Scene:
     if not 0.0 <= level <= 1.0:
@@ -54,8 +55,8 @@ def scene(
     shape = [Quantity(name=name, unit="m", options={"axis": "x", **by}) for name in ("body_length", "body_diameter") if solid]
     if halved and level <= 0.5:
         raise ValueError(f"halved = {halved}: the bullet flies at half the height, above a level of {level:g}; leave one out")
-    if grows and not coupled:
-        raise ValueError("grows = True: it is the patch of elements and particles that grows; set coupled = True as well")
+    if grows and coupled is not True:
+        raise ValueError("grows = True: it is the patch of elements and particles that grows; set coupled = True as well, or 'auto' alone")
     d = SPACING[quality]
     sides = [PATH * (halved - k) for k in range(halved)]
     finer = [Finer(within=Box(lo=(None, -side, 0.5 * HEIGHT - side), hi=(None, side, 0.5 * HEIGHT + side))) for side in sides]
@@ -80,7 +81,7 @@ def scene(
         name="tank_leak",
         title=f"Tank {f'filled to {100 * level:g} %' if wet else 'empty'}, hit at {velocity:g} m/s" + (", coupled" if coupled else ""),
         source="T 3.4; experiments of Timm 2003",
-        shells=[tank_of_elements(necks, d, grows, filled=wet) if coupled else tank(necks)],
+        shells=[tank_of_elements(necks, d, grows, filled=wet, auto=coupled == "auto") if coupled else tank(necks)],
         rigids=[] if solid else [bullet(velocity)],
         solids=[solid] if solid else [],
         initial=[thrown] if thrown else [],

@@ -11,12 +11,17 @@ and `coupled` as in tank_leak (T 4.6.2).
 """
 
 from pathlib import Path
+from typing import Literal
 
 from taichi_sph.scene import Dimensionless, LeakKnown, Output, Quality, Quantity, Scene, Speed, load_scene
 
 
 def scene(
-    quality: Quality = "draft", velocity: Speed = 730.0, drag: Dimensionless = 0.0, known: Dimensionless = 0.0, coupled: bool = False
+    quality: Quality = "draft",
+    velocity: Speed = 730.0,
+    drag: Dimensionless = 0.0,
+    known: Dimensionless = 0.0,
+    coupled: bool | Literal["auto"] = False,
 ) -> Scene:
     said = {"quality": quality, "velocity": velocity, "drag": drag, "coupled": coupled}
     tank = load_scene(Path(__file__).with_name("tank_leak.py"), said)

@@ -67,7 +67,7 @@ class Port(Places):
         self.body = field("body", n, dtype="i32", doc="body of a mover")
         self.speed = field("speed", bodies, dtype="f64", unit="m/s", doc="of the fastest point of a body")
         self.largest = field("largest", bodies, dtype="f64", unit="m", doc="radius of the largest disc of a body", keeps=True)
-        self.due = field("due", bodies, dtype="i32", doc="1: what a body may touch is searched for")
+        self.due = field("due", bodies, dtype="i32", doc="what a body is due for: 0 nothing, 1 shapes of its discs, 2 pairs as well")
         self.linked = field("linked", bodies, dtype="i32", doc="1: a body that is due has found this one")
         self.period = field("period", bodies, dtype="i32", doc="steps of the clock that an impulse on a body stands for")
         self.ball_mover = field("ball_mover", balls, dtype="i32", doc="mover of a ball")

@@ -75,6 +75,7 @@ ROUND, AT_HOLES = 0.78, 0.5  # finest spacing over D, of round ends and spheres,
 LARGE = 200_000  # nodes and particles from which on `validate` makes none of them
 HOLE = 800  # nodes that are made while one hole is cut
 RELAXATION = 2000  # force evaluations to the equilibrium of one load increment, the order of magnitude
+LEAST_WITHIN = 1e-3  # part of the direction of a gauge that must lie in the shell, as in bodies.shell.gauge
 NEWTON = 5 * 4e-4  # s a node for one load increment of Newton's method, of some thousand nodes
 
 
@@ -154,6 +155,7 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     _check_cuts(scene, made.meshes)
     _check_modes(scene, made.meshes)
     _check_springs(scene, {**made.meshes, **made.solids})
+    _check_gauges(scene, made.meshes)
     if scene.welds:
         shells = {shell.name: made.meshes[shell.name] for shell in scene.shells}
         welded(scene.welds, {name: mesh.points for name, mesh in shells.items()}, {name: mesh.spacing for name, mesh in shells.items()})
@@ -545,6 +547,27 @@ def _check_springs(scene: Scene, meshes: dict[str, Any]) -> None:
                     f"springs[{number}].points[{end}] is {show(away, 'm')} from the nearest node of '{name}', beyond {within}, "
                     f"{show(allowed, 'm')}: an end must lie on its body"
                 )
+
+
+def _check_gauges(scene: Scene, meshes: dict[str, SurfaceMesh]) -> None:
+    """Strain gauges lie on their shells, in their surface."""
+    for number, gauge in enumerate(scene.output.gauges):
+        assert gauge.body is not None  # the scene names it
+        shell, mesh = scene.body(gauge.body), meshes[gauge.body]
+        away = np.linalg.norm(mesh.centres - np.asarray(gauge.point), axis=1)
+        nearest, allowed = int(away.argmin()), mesh.spacing + 0.5 * shell.thickness
+        if away[nearest] > allowed:
+            place, there = (", ".join(show(float(at), "m") for at in p) for p in (gauge.point, mesh.centres[nearest]))
+            raise SceneError(
+                f"output.gauges[{number}].point ({place}) is {show(float(away[nearest]), 'm')} from shell '{shell.name}': its nearest cell "
+                f"is at ({there}), and a gauge may be {show(allowed, 'm')} off"
+            )
+        normals = mesh.frames[away <= max(away[nearest], 0.5 * (gauge.length or 0.0)), 2]
+        along = np.asarray(gauge.along, float) / np.linalg.norm(gauge.along)
+        if (np.linalg.norm(along - np.outer(normals @ along, np.ones(3)) * normals, axis=1) < LEAST_WITHIN).any():
+            raise SceneError(
+                f"output.gauges[{number}].along {gauge.along} is the normal of shell '{shell.name}' there; a gauge lies in its surface"
+            )
 
 
 def _check_gases(scene: Scene, made: Made) -> None:

@@ -23,7 +23,8 @@ class StrainGauge(Frozen):
     """Nominal strain of a shell's surface along a direction, in histories/gauge_<name>.csv.
 
     It is read at the cells within half of `length` [m] of a reference point, a mean by area; None: at the nearest cell. `along` is
-    projected into each cell. `side`: the surface to which directors point ("outer"), the other one ("inner") or the mid-surface.
+    projected into each cell. A place farther from the shell than about a spacing, and a direction along its normal, are refused.
+    `side`: the surface to which directors point ("outer"), the other one ("inner") or the mid-surface.
     """
 
     name: Name

@@ -54,6 +54,28 @@ def test_what_is_no_face_is_refused():
         FluidRound(columns=[(0.01, 0.0, 1.0)], quarter=True, half=True)
 
 
+def test_a_part_has_the_planes_that_mirror_it():
+    """At the axis, towards the water, for this water: any length of the normal, any point of the plane."""
+
+    def made(part, *walls):
+        fill = FluidRound(at=(0.1, 0.2), columns=[(0.04, 0.0, 0.1)], **{part: True})
+        said = {"name": "s", "title": "t", "source": "tests", "numerics": Numerics(spacing=5e-3), "duration": 1e-3}
+        return Scene(**said, fluids=[Fluid(name="water", fill=fill)], walls=walls)
+
+    across_x, across_y = Wall(point=(0.1, 9, 9), normal=(2, 0, 0)), Wall(point=(0, 0.2, 0), normal=(0, 1, 0))
+    made("half", across_y)
+    made("quarter", across_y, across_x)
+    for part, axis, walls in (
+        ("half", "y", ()),
+        ("half", "y", (across_x,)),
+        ("quarter", "x", (across_y,)),
+        ("half", "y", (Wall(point=(0, 0.2, 0), normal=(0, -1, 0)),)),
+        ("half", "y", (Wall(point=(0, 0.1, 0), normal=(0, 1, 0)),)),
+    ):
+        with pytest.raises(ValidationError, match=rf"fluids\[0\].fill.{part}: no wall stands at {axis} = "):
+            made(part, *walls)
+
+
 @pytest.mark.xfail(reason="the base bears 0.94 of 2 rho c V at 28 D across, as walls of cans do (docs/method.md, 11)", strict=True)
 def test_a_piston_sends_its_wave_down_a_tube():
     """A driven disc presses with rho c V on a quarter of a round column while sound has not come back; planes mirror the rest. The base

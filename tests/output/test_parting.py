@@ -83,6 +83,8 @@ def test_a_flap_has_turned(run: RunFolder) -> None:
     assert measure("turn_angle", run, flap_of | {"axis": "x"}) == pytest.approx(0.0, abs=0.1)
     assert measure("turn_angle", run, {"x": 2.5 * FLAP, "y": 0.0, "radius": 2 * D}) == pytest.approx(0.0, abs=0.1)
     assert measure("turn_angle", run, flap_of | {"x": 1.0}) is None
+    assert measure("turn_angle", run, flap_of | {"axis": "z"}) is None  # flat at first: its normal is the axis
+    assert measure("turn_angle", run, flap_of | {"axis": "z", "time": 0.0}) is None
     with pytest.raises(SceneError, match="option 'axis' is 'x', 'y' or 'z', not 'w'"):
         measure("turn_angle", run, flap_of | {"axis": "w"})
 
@@ -98,6 +100,9 @@ def test_a_rim_is_cut_through(run: RunFolder) -> None:
     assert measure("rim_severed", run, rim | {"radius": RADIUS - 4 * D, "width": D}) == pytest.approx(0.0, abs=0.05)
     with pytest.raises(SceneError, match="above 0 and at most 1, not 1.5"):
         measure("rim_severed_at", run, rim | {"share": 1.5})
+    for width in (0.0, -1e-3):
+        with pytest.raises(SceneError, match=f"option 'width' is above 0 m, not {width:g}"):
+            measure("rim_severed", run, rim | {"width": width})
     with pytest.raises(SceneError, match="no cell at the rim of radius 0.1 m"):
         measure("rim_severed", run, {"radius": 0.1})
 

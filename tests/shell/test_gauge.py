@@ -8,6 +8,7 @@ import pytest
 from taichi_sph import runtime
 from taichi_sph.bodies.body import Now
 from taichi_sph.errors import SceneError
+from taichi_sph.run.plan import plan
 from taichi_sph.scene import (
     Ball,
     FiniteElements,
@@ -97,6 +98,27 @@ def test_two_gauges_have_two_names():
 def test_a_gauge_lies_in_its_shell():
     with pytest.raises(SceneError, match="points out of the shell 'plate'"):
         World(scene(Galerkin(), [StrainGauge(name="g", point=MIDDLE, along=(0, 0, 1))]), threads=1)
+
+
+@pytest.mark.parametrize(
+    "wrong, said",
+    [
+        (
+            {"point": (9, 9, 9)},
+            r"gauges\[0\].point \(9 m, 9 m, 9 m\) is 14.* m from shell 'plate': its nearest cell is at \(958.3 mm, 958.3 mm, 0 m\)",
+        ),
+        ({"point": (0.5, 0.5, 0.11)}, "may be 93.33 mm off"),
+        ({"along": (0, 0, 3)}, r"gauges\[0\].along \(0.0, 0.0, 3.0\) is the normal of shell 'plate' there"),
+    ],
+)
+def test_a_gauge_off_its_shell_is_no_plan(wrong, said):
+    with pytest.raises(SceneError, match=said):
+        plan(scene(Galerkin(), [StrainGauge(**{"name": "g", "point": MIDDLE, "along": (1, 0, 0)} | wrong)]))
+
+
+def test_a_gauge_at_an_edge_or_on_the_surface_is_on_its_shell():
+    places = {"corner": (1.0, 1.0, 0.0), "glued": (0.3, 0.7, 0.5 * THICKNESS), "slanting": (0.5, 0.0, 0.0)}
+    plan(scene(Galerkin(), [StrainGauge(name=name, point=point, along=(1, 0, 2)) for name, point in places.items()]))
 
 
 def test_of_a_shell_in_parts_the_part_that_bears_is_read():

@@ -57,6 +57,9 @@ class FluidBox(Frozen):
         return math.prod(hi - lo for lo, hi in zip(self.lo, self.hi))
 
 
+ON_AXIS = 1e-9  # m: nearer than this to the axis a plane goes through it
+
+
 class FluidRound(Frozen):
     """Upright round columns of one fluid about the axis `at` (x, y), each (radius, from z, to z); rings of particles follow the walls.
     `quarter`: only what lies beyond x and y of the axis, where two planes mirror it; `half`: what lies beyond y, where one does."""
@@ -204,6 +207,7 @@ class Fluid(Body):
                     if kind != kinds[n] and meets(fluid.name, other.name):
                         fluid._beside(scene, meets, others, f"fluids[{n}]", other)
         _walls(self, scene)
+        _mirrored(self, scene)
         scene.in_time("a fluid moves", "fluids")
 
     def _stands_with(self, scene: Any, meets: Callable[[str, str], bool], others: list[Any]) -> tuple[Any, ...]:
@@ -258,6 +262,26 @@ class Wall(Frozen):
         if not any(self.normal):
             raise ValueError("normal is (0, 0, 0): give the direction from the wall to the fluid")
         return self
+
+
+def _mirrored(fluid: Fluid, scene: Any) -> None:
+    """A part of round columns has the planes that mirror it: walls through the axis."""
+    fill = fluid.fill
+    if not isinstance(fill, FluidRound) or fill.quarters == 4:
+        return
+    for axis in (0, 1) if fill.quarter else (1,):
+        for wall in scene.walls:
+            length = math.hypot(*wall.normal)
+            if wall.holds(fluid.name) and wall.normal[axis] > (1 - 1e-6) * length and abs(wall.point[axis] - fill.at[axis]) < ON_AXIS:
+                break
+        else:
+            part, letter = "quarter" if fill.quarter else "half", "xy"[axis]
+            place = tuple(fill.at[k] if k == axis else 0.0 for k in range(3))
+            normal = tuple(int(k == axis) for k in range(3))
+            raise ValueError(
+                f"{scene.key_of(fluid)}.fill.{part}: no wall stands at {letter} = {show(fill.at[axis], 'm')} to mirror it, and the water "
+                f"would run out there; add Wall(point={place}, normal={normal}), or leave {part} out"
+            )
 
 
 def _walls(fluid: Fluid, scene: Any) -> None:

@@ -19,6 +19,7 @@ from .fragments import crack_sets, live, ruptured
 from .pattern import SEED, cell_centres, node_spacing
 
 DIRECTIONS = 7200  # of a whole rim: far finer than its cells
+ACROSS = 0.02  # sine of the angle between a normal and an axis below which it shows no turn about it
 BAND = 2.5  # spacings: how wide a rim is by itself
 
 
@@ -43,7 +44,8 @@ def turn_angle(
     body: str | None = None,
 ) -> float | None:
     """Angle [deg] about `axis` by which the live cells within `radius` of (x, y, z) [m] of the reference have turned, by their mean normal;
-    at the frame nearest to `time` [s], by itself at the end. None where none lives."""
+    at the frame nearest to `time` [s], by itself at the end. None where none lives, and where that normal lies along the axis, before or
+    after: it does not show a turn about itself."""
     if axis not in ("x", "y", "z"):
         raise SceneError(f"option 'axis' is 'x', 'y' or 'z', not {axis!r}")
     file = run.the("shell", body)
@@ -54,7 +56,10 @@ def turn_angle(
         return None
     a, b = ("yz", "zx", "xy")["xyz".index(axis)]
     place = ["xyz".index(a), "xyz".index(b)]
-    before, now = (_vector_area(points, chosen)[place] for points in (frame.reference, frame.points))
+    whole = [_vector_area(points, chosen) for points in (frame.reference, frame.points)]
+    before, now = (area[place] for area in whole)
+    if any(np.hypot(*area[place]) < ACROSS * np.linalg.norm(area) for area in whole):
+        return None
     return abs(math.degrees(math.atan2(before[0] * now[1] - before[1] * now[0], before @ now)))
 
 
@@ -80,8 +85,10 @@ def severed(body: BodyFrame, centre: tuple[float, float], radius: float, width: 
 
 
 def _severed(run: RunFolder, body: str | None, x: float, y: float, radius: float, width: float | None) -> np.ndarray:
+    if width is not None and not width > 0.0:
+        raise SceneError(f"option 'width' is above 0 m, not {width:g}; leave it out for {BAND:g} spacings")
     last = run.the("shell", body).body(-1)
-    found = severed(last, (x, y), radius, width or BAND * node_spacing(last.reference, last.cells))
+    found = severed(last, (x, y), radius, BAND * node_spacing(last.reference, last.cells) if width is None else width)
     if not len(found):
         raise SceneError(f"the shell has no cell at the rim of radius {radius:g} m about ({x:g}, {y:g}) m")
     return found

@@ -31,7 +31,7 @@ def history_value(run: RunFolder, scene: Scene, *, history: str, column: str, ti
 
 
 def history_peak(run: RunFolder, scene: Scene, *, history: str, column: str, start: float = 0.0, end: float = math.inf) -> float | None:
-    """Largest absolute value of a column between `start` and `end` [s], of samples that are numbers; None without one there."""
+    """Largest size of a column, whatever its sign, between `start` and `end` [s], of samples that are numbers; None without one there."""
     found = run.history(history)
     values = found[column][(found.time >= start) & (found.time <= end) & np.isfinite(found[column])]
     return float(np.abs(values).max()) if len(values) else None
