@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from taichi_sph.errors import SceneError
@@ -69,6 +69,7 @@ def test_smooth_ones():
 MILLISECONDS = st.integers(-1000, 1000).map(lambda n: n / 1000)
 
 
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # a busy machine is no fault of the tables
 @given(
     points=st.lists(st.tuples(MILLISECONDS, st.integers(-50, 50)), min_size=1, max_size=20, unique_by=lambda p: p[0]), time=st.floats(-2, 2)
 )
