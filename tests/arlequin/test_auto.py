@@ -9,7 +9,7 @@ from taichi_sph.bodies.shell.parts import split_of
 from taichi_sph.couplings.arlequin.near import fastest_elastic
 from taichi_sph.errors import SceneError
 from taichi_sph.run.plan import plan
-from taichi_sph.scene import Box, Material, Pinball, Plate, PrescribedVelocity, Rigid, Shell, load_scene, material
+from taichi_sph.scene import Box, Material, Meeting, Pinball, Plate, PrescribedVelocity, Rigid, Shell, load_scene, material
 from taichi_sph.world import growth
 
 from ..exact import restarts_exactly
@@ -98,8 +98,37 @@ def test_a_striker_turns_elements_before_it_meets_them():
     assert np.flatnonzero(near).tolist() == np.flatnonzero(np.linalg.norm(split.whole.centres - (1.2, 0.4, 0.0), axis=1) < 0.08).tolist()
     coupling.foresee(now)
     assert len(coupling.wanted) == 36 and not split.able[split.whole.centres[:, 0] < 0.15].any()
+    # to the shell it stands still, and the other way round
+    _moves(coupling.elements, -2.0 * limit)
+    assert not coupling.near.struck(coupling.elements, now).any()
+    runtime.put(sim.rigids.v, np.zeros((1, 3)))
+    _moves(coupling.elements, 2.0 * limit)
+    assert (coupling.near.struck(coupling.elements, now) == near).all()
     runtime.put(sim.rigids.x, np.array([[1.2, 0.4, 0.3]]))
     assert not coupling.near.struck(coupling.elements, now).any()
+
+
+def _moves(elements, along: float) -> None:
+    """All nodes along the normal of the plate [m/s]."""
+    v = runtime.get(elements.nodes.v, elements.nodes.n)
+    v[:] = (0.0, 0.0, along)
+    runtime.put(elements.nodes.v, v)
+
+
+def test_a_small_ball_hides_no_large_one():
+    """The nearest middle is that of a pellet that meets nothing yet; the ball beside it has its surface at the plate."""
+    limit = fastest_elastic(Material(**STEEL | CONCRETE))
+    pinballs = {"big": Pinball(centre=(1.2, 0.4, 0.5155), radius=0.5), "small": Pinball(centre=(1.2, 0.4, 0.25), radius=0.002)}
+    balls = [Rigid(name=name, mass=8e3 * ball.radius**3, pinballs=[ball], velocity=(0, 0, -0.5 * limit)) for name, ball in pinballs.items()]
+    apart = Meeting(between=("big", "small"), meet=False)
+    sim = start(still(CONCRETE, rigids=balls, meetings=[apart]))
+    near, found = sim.couplings[-1].near, []
+    for names in (("big",), ("big", "small")):
+        v = np.zeros((2, 3))
+        v[[sim.rigids.names.index(name) for name in names]] = (0.0, 0.0, -2.0 * limit)
+        runtime.put(sim.rigids.v, v)
+        found.append(np.flatnonzero(near.struck(sim.couplings[-1].elements, Now(dt=sim.dt))).tolist())
+    assert found[0] and found[1] == found[0]
 
 
 @pytest.mark.parametrize(
