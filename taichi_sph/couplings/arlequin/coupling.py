@@ -3,7 +3,9 @@
 Damage is watched. Elements do not tear, and where particles of the overlap break, the elements under them would hold on. A real shell
 tears there. So the run stops where D_r reaches D_c in an element, or where a particle of the overlap breaks. A crack among the particles
 changes the edge means of the sides near it. Where the crack comes near sides with a jump of the weight, the constraints are made anew.
-Velocities before do not obey those, so the multipliers of that step do work, -1/2 l . C v_n-1/2, which is booked as `overlap`.
+Velocities before do not obey those, so the multipliers of that step do work, -1/2 l . C v_n-1/2, which is booked as `overlap`. l is an
+impulse. It changes 1/2 m v_n-1/2 . v_n+1/2 by 1/2 (-C^T l) . (v_n-1/2 + v_n+1/2), and C v_n+1/2 = 0. So the steps on both sides do not
+matter: times dt_n-1/2 / kick, as the work of a force along its path, it would be a third too much where the step is halved.
 """
 
 from __future__ import annotations
