@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -116,6 +117,33 @@ def test_where_a_patch_cannot_grow_the_run_stops_as_it_was():
     with pytest.raises(RunStopped, match="damage comes near the border of a patch, which cannot grow there: .* takes all elements"):
         growth.grow(sim, {"shell": tuple(range(tied(sim).split.cells.max() + 1))})
     assert sim.scene is scene and same_state(sim.state(), before) == []
+
+
+def test_a_border_that_moves_forgets_what_its_directors_dropped():
+    """As many nodes are tied after it as before, but they are others."""
+    sim = start(patched(n=3, material=CONCRETE, grows=True, duration=1e-3))
+    for group in sim.groups:
+        X = group.mesh.points
+        runtime.put(group.nodes.v, 1e-2 * np.column_stack([0.0 * X[:, :2], np.sin(4 * X[:, 0])]))
+    sim.advance(3)
+    before = tied(sim).tie
+    assert (runtime.get(before.dropped, before.n) != 0.0).any()
+    growth.grow(sim, {"shell": tied(sim).split.wider(tied(sim).split.overlap)})
+    after = tied(sim).tie
+    assert after.n == before.n and after is not before and not runtime.get(after.dropped, after.n).any()
+
+
+def test_only_what_contact_pushed_in_the_last_step_counts_as_touch(monkeypatch):
+    """Impulses on bodies that met nothing in it are those of a step before."""
+    group = SimpleNamespace(nodes=SimpleNamespace(n=2))
+    surfaces = [SimpleNamespace(group=group, first=SimpleNamespace(mover=0), n=2)]
+    port = SimpleNamespace(
+        who=np.array([0, 1]), whose=np.array([0, 1]), impulse=np.ones((2, 3)), pushed=np.array([1, 0]), n_bodies=2, surfaces=surfaces
+    )
+    contact = SimpleNamespace(touching=1, pairs=SimpleNamespace(n_who=2), port=port)
+    monkeypatch.setattr(growth, "runtime", SimpleNamespace(get=lambda field, n: field[:n]))
+    found = growth._touch(SimpleNamespace(couplings=[], contact=contact, step=1), group, 0.5)
+    assert found.tolist() == [[2.0] * 3, [0.0] * 3]
 
 
 @pytest.mark.long
