@@ -146,6 +146,15 @@ def test_where_no_patch_can_begin(scene, words):
         scene()
 
 
+def test_of_two_shells_the_more_damaged_one_is_told():
+    scene = still()
+    other = scene.shells[0].model_copy(update={"name": "other", "surface": Plate(length=2.4, width=0.8, origin=(0, 0, 1.0))})
+    sim = start(scene.model_copy(update={"shells": (*scene.shells, other)}))
+    for coupling, worst in zip((one for one in sim.couplings if hasattr(one, "watch")), (0.6, 0.5), strict=True):
+        coupling.watch.worst = worst
+    assert sim.status()["% of D_c outside of the patch"] == 60
+
+
 def test_a_switch_with_a_word_says_it():
     tank = ROOT / "scenes" / "empty_tank.py"
     assert load_scene(tank, {"coupled": "auto"}).shells[0].patch.where == () and load_scene(tank, {"coupled": "true"}).shells[0].patch.where
