@@ -111,7 +111,11 @@ def grow(world: World, wanted: Mapping[str, tuple[int, ...]]) -> None:
     except SceneError as error:
         world.build(before)  # what was built so far has taken the place of what there was
         world.restore(was)
-        raise RunStopped(f"at t = {world.time:.6g} s damage comes near the border of a patch, which cannot grow there: {error}") from None
+        whose = " and ".join(f"'{name}'" for name in wanted)
+        raise RunStopped(
+            f"at t = {world.time:.6g} s damage or a fast striker comes near elements of shell {whose}, whose patch cannot grow "
+            f"there: {error}"
+        ) from None
     changed = {name: _parts(world, name) for name in wanted}
     changing = {id(pool) for pair in changed.values() for group in pair for pool in group.pools()}
     state = {name: value for one in kept for name, value in one.items()}

@@ -7,7 +7,7 @@ from taichi_sph import runtime
 from taichi_sph.bodies.body import Now
 from taichi_sph.bodies.shell.parts import split_of
 from taichi_sph.couplings.arlequin.near import fastest_elastic
-from taichi_sph.errors import SceneError
+from taichi_sph.errors import RunStopped, SceneError
 from taichi_sph.run.plan import plan
 from taichi_sph.scene import Box, Material, Meeting, Pinball, Plate, PrescribedVelocity, Rigid, Shell, load_scene, material
 from taichi_sph.world import growth
@@ -144,6 +144,44 @@ def test_a_small_ball_hides_no_large_one():
 def test_where_no_patch_can_begin(scene, words):
     with pytest.raises((SceneError, ValueError), match=words):
         scene()
+
+
+def test_a_rim_of_elements_stays_where_all_would_turn():
+    """A plate that is near rupture everywhere keeps the elements at its border, one that has none to keep fewer around the place."""
+    scene = patched(n=3, material=CONCRETE, **ALL)
+    split = split_of(scene.shells[0], scene)
+    everywhere = np.ones(len(split.whole.cells), bool)
+    inner = (np.abs(split.whole.centres - (0.5, 0.2, 0.0)) < (0.4, 0.1, 1.0)).all(axis=1)
+    assert split.wider(everywhere) == tuple(np.flatnonzero(inner)) and inner.sum() == 16
+    wider = growth.widened(scene, {"shell": split.wider(everywhere)})
+    grown = split_of(wider.shells[0], wider)
+    assert grown.overlap.sum() == 24 and grown.wider(everywhere) == grown.patch.cells
+    narrow = patched(Plate(length=0.5, width=0.2), n=3, material=CONCRETE, **ALL)
+    split = split_of(narrow.shells[0], narrow)
+    there = np.arange(10) == np.linalg.norm(split.whole.centres - (0.25, 0.05, 0.0), axis=1).argmin()
+    assert split.wider(there) == tuple(np.flatnonzero(np.abs(split.whole.centres[:, 0] - 0.25) < 0.11))
+    everywhere = growth.widened(narrow, {"shell": split.wider(np.ones(10, bool))})
+    with pytest.raises(SceneError, match="all elements of shell 'shell' would become particles, and none would be left;"):
+        split_of(everywhere.shells[0], everywhere)
+
+
+def test_a_tear_at_the_border_says_that_elements_stay_there():
+    """A plate that is stretched everywhere breaks at its rim too. That the patch be larger is no advice where it grows by itself."""
+    sim = start(patched(motion="in_plane", n=4, material=CONCRETE, duration=2e-3, **ALL))
+    for group in sim.groups:
+        X = group.mesh.points
+        runtime.put(group.nodes.v, np.column_stack([60.0 * (X[:, 0] - 0.5), 0.0 * X[:, 0]]))
+    with pytest.raises(RunStopped, match="breaks? at t = .* its patch, which grows by itself, cannot go there: .* border of the shell"):
+        sim.advance(60)
+    assert sim.grown.events == 1
+
+
+def test_the_plan_takes_the_step_of_the_particles_to_come():
+    """As that of a patch that is there; the note says the step before, too."""
+    auto, there = plan(still()), plan(patched(Plate(length=2.4, width=0.8), n=3, material=CONCRETE | TOUGH, duration=1e-3))
+    (body,) = auto.bodies
+    assert auto.dt == pytest.approx(there.dt, rel=0.02) and auto.dt < 0.6 * there.bodies[0].dt
+    assert "once there are particles, 33.33 mm apart" in body.note
 
 
 def test_of_two_shells_the_more_damaged_one_is_told():

@@ -114,7 +114,7 @@ def test_where_a_patch_cannot_grow_the_run_stops_as_it_was():
     sim = start(torn_at(0.35, grows=True))
     sim.advance(2)
     before, scene = sim.state(), sim.scene
-    with pytest.raises(RunStopped, match="damage comes near the border of a patch, which cannot grow there: .* takes all elements"):
+    with pytest.raises(RunStopped, match="damage or a fast striker comes near .* 'shell', whose patch cannot grow there: .* all elements"):
         growth.grow(sim, {"shell": tuple(range(tied(sim).split.cells.max() + 1))})
     assert sim.scene is scene and same_state(sim.state(), before) == []
 
