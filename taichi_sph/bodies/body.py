@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -88,6 +88,15 @@ class Clocked(Protocol):
     step: int
 
     def take(self, dt_before: float, dt: float) -> None: ...
+
+
+class Tips(NamedTuple):
+    """What may strike a shell: places (K, 3) [m], radii (K,) [m], velocities (K, 3) [m/s]; turning (K,): what a spin may add [m/s]."""
+
+    places: np.ndarray
+    radii: np.ndarray
+    velocities: np.ndarray
+    turning: np.ndarray
 
 
 class InPlace(Protocol):
@@ -220,8 +229,8 @@ class Group(Protocol):
         lists are made."""
         ...
 
-    def tips(self, meets: Callable[[str], bool]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Places (K, 3) [m], radii (K,) [m] and speeds (K,) [m/s] of what may strike a shell, of bodies that `meets` names."""
+    def tips(self, meets: Callable[[str], bool]) -> Tips:
+        """What may strike a shell, of bodies that `meets` names."""
         ...
 
     def instead(self, world: Clocked, alike: Sequence[Any]) -> InPlace | None:
@@ -299,8 +308,8 @@ class Rest:
     def wettables(self, name: str, spacing: float, meets: Callable[[str], bool]) -> Sequence[Wettable]:
         return ()
 
-    def tips(self, meets: Callable[[str], bool]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        return np.zeros((0, 3)), np.zeros(0), np.zeros(0)
+    def tips(self, meets: Callable[[str], bool]) -> Tips:
+        return Tips(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)), np.zeros(0))
 
     def instead(self, world: Clocked, alike: Sequence[Any]) -> InPlace | None:
         return None

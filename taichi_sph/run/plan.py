@@ -16,7 +16,7 @@ from ..bodies.fluid.fill import Filling, fill_fluid
 from ..bodies.fluid.said import Fluid
 from ..bodies.fluid.step import stable_step
 from ..bodies.rigid import solid as rigid_bodies
-from ..bodies.shell.parts import Part, Split, meshed, parts, split_of
+from ..bodies.shell.parts import Part, Split, meshed, particles_of, parts, split_of
 from ..bodies.shell.sections import Sheet, Sheets, sheets_of
 from ..bodies.solid import parts as of_solids
 from ..bodies.solid.build import hastened, lit
@@ -230,7 +230,13 @@ def _part(one: Part, made: Made, scene: Scene) -> BodyPlan:
     areas = split.areas_of_elements if own else split.areas_of_particles
     mass = float(areas.sum() * one.said.thickness * one.said.material.density)
     note = f"{'elements' if own else 'particles'} of shell '{one.whole.name}'"
-    return replace(_body(one.said, mesh, scene), mass=mass, analytic_mass=None, note=note)
+    plan = replace(_body(one.said, mesh, scene), mass=mass, analytic_mass=None, note=note)
+    if one.whole.patch is not None and not one.whole.patch.there:  # its step lasts until then, which nobody knows
+        finest = float(mesh.node_spacing.min()) / split.n
+        to_come = _shell(particles_of(one.whole, scene), scene, (0, 0), "quad", 0.0, finest, (finest, finest), "").dt
+        later = f"dt {show(plan.dt, 's')}, and {show(to_come, 's')} once there are particles, {show(split.spacing, 'm')} apart"
+        plan = replace(plan, dt=min(plan.dt, to_come), note=f"{note}: {later}")
+    return plan
 
 
 def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:

@@ -111,11 +111,17 @@ def grow(world: World, wanted: Mapping[str, tuple[int, ...]]) -> None:
     except SceneError as error:
         world.build(before)  # what was built so far has taken the place of what there was
         world.restore(was)
-        raise RunStopped(f"at t = {world.time:.6g} s damage comes near the border of a patch, which cannot grow there: {error}") from None
+        whose = " and ".join(f"'{name}'" for name in wanted)
+        raise RunStopped(
+            f"at t = {world.time:.6g} s damage or a fast striker comes near elements of shell {whose}, whose patch cannot grow "
+            f"there: {error}"
+        ) from None
     changed = {name: _parts(world, name) for name in wanted}
     changing = {id(pool) for pair in changed.values() for group in pair for pool in group.pools()}
     state = {name: value for one in kept for name, value in one.items()}
     changing |= {id(pool) for coupling in _wet(world) for pool in coupling.pools()}
+    ties = [coupling.tie for coupling in world.couplings if getattr(coupling, "name", None) in wanted]
+    changing |= {id(tie) for tie in ties}  # other nodes are tied now, be they as many
     for pool in world.pools:
         if id(pool) not in changing:
             _restore(pool, state)
@@ -147,10 +153,12 @@ def _touch(world: World, group: Any, dt: float) -> np.ndarray:
     if contact is None or not contact.touching:
         return found
     n = contact.pairs.n_who
-    who, impulse = runtime.get(contact.port.who, n), runtime.get(contact.port.impulse, n)
-    for surface in contact.port.surfaces:
+    port = contact.port
+    who, whose, impulse = (runtime.get(field, n) for field in (port.who, port.whose, port.impulse))
+    acts = runtime.get(port.pushed, port.n_bodies)[whose] == 1  # of others it is what was left of a step before
+    for surface in port.surfaces:
         if surface.group is group:
-            mine = (who >= surface.first.mover) & (who < surface.first.mover + surface.n)
+            mine = (who >= surface.first.mover) & (who < surface.first.mover + surface.n) & acts
             found[who[mine] - surface.first.mover] = impulse[mine] / dt
     return found
 

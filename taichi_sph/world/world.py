@@ -303,13 +303,14 @@ class World:
         return told
 
     def status(self) -> dict[str, int]:
-        """Small numbers for the progress line."""
+        """Small numbers for the progress line: the sum of all, and of percentages the largest."""
         if self.instead is not None:
             return self.instead.status()
         numbers: dict[str, int] = {}
         for one in (*self.groups, *self.couplings):
             for name, value in one.status().items():
-                numbers[name] = numbers.get(name, 0) + value
+                before = numbers.get(name, 0)
+                numbers[name] = max(before, value) if name.startswith("%") else before + value
         return numbers
 
     @property

@@ -7,9 +7,9 @@ from taichi_sph import runtime
 from taichi_sph.bodies.body import Now
 from taichi_sph.bodies.shell.parts import split_of
 from taichi_sph.couplings.arlequin.near import fastest_elastic
-from taichi_sph.errors import SceneError
+from taichi_sph.errors import RunStopped, SceneError
 from taichi_sph.run.plan import plan
-from taichi_sph.scene import Box, Material, Pinball, Plate, PrescribedVelocity, Rigid, Shell, load_scene, material
+from taichi_sph.scene import Box, Material, Meeting, Pinball, Plate, PrescribedVelocity, Rigid, Shell, load_scene, material
 from taichi_sph.world import growth
 
 from ..exact import restarts_exactly
@@ -98,8 +98,37 @@ def test_a_striker_turns_elements_before_it_meets_them():
     assert np.flatnonzero(near).tolist() == np.flatnonzero(np.linalg.norm(split.whole.centres - (1.2, 0.4, 0.0), axis=1) < 0.08).tolist()
     coupling.foresee(now)
     assert len(coupling.wanted) == 36 and not split.able[split.whole.centres[:, 0] < 0.15].any()
+    # to the shell it stands still, and the other way round
+    _moves(coupling.elements, -2.0 * limit)
+    assert not coupling.near.struck(coupling.elements, now).any()
+    runtime.put(sim.rigids.v, np.zeros((1, 3)))
+    _moves(coupling.elements, 2.0 * limit)
+    assert (coupling.near.struck(coupling.elements, now) == near).all()
     runtime.put(sim.rigids.x, np.array([[1.2, 0.4, 0.3]]))
     assert not coupling.near.struck(coupling.elements, now).any()
+
+
+def _moves(elements, along: float) -> None:
+    """All nodes along the normal of the plate [m/s]."""
+    v = runtime.get(elements.nodes.v, elements.nodes.n)
+    v[:] = (0.0, 0.0, along)
+    runtime.put(elements.nodes.v, v)
+
+
+def test_a_small_ball_hides_no_large_one():
+    """The nearest middle is that of a pellet that meets nothing yet; the ball beside it has its surface at the plate."""
+    limit = fastest_elastic(Material(**STEEL | CONCRETE))
+    pinballs = {"big": Pinball(centre=(1.2, 0.4, 0.5155), radius=0.5), "small": Pinball(centre=(1.2, 0.4, 0.25), radius=0.002)}
+    balls = [Rigid(name=name, mass=8e3 * ball.radius**3, pinballs=[ball], velocity=(0, 0, -0.5 * limit)) for name, ball in pinballs.items()]
+    apart = Meeting(between=("big", "small"), meet=False)
+    sim = start(still(CONCRETE, rigids=balls, meetings=[apart]))
+    near, found = sim.couplings[-1].near, []
+    for names in (("big",), ("big", "small")):
+        v = np.zeros((2, 3))
+        v[[sim.rigids.names.index(name) for name in names]] = (0.0, 0.0, -2.0 * limit)
+        runtime.put(sim.rigids.v, v)
+        found.append(np.flatnonzero(near.struck(sim.couplings[-1].elements, Now(dt=sim.dt))).tolist())
+    assert found[0] and found[1] == found[0]
 
 
 @pytest.mark.parametrize(
@@ -115,6 +144,53 @@ def test_a_striker_turns_elements_before_it_meets_them():
 def test_where_no_patch_can_begin(scene, words):
     with pytest.raises((SceneError, ValueError), match=words):
         scene()
+
+
+def test_a_rim_of_elements_stays_where_all_would_turn():
+    """A plate that is near rupture everywhere keeps the elements at its border, one that has none to keep fewer around the place."""
+    scene = patched(n=3, material=CONCRETE, **ALL)
+    split = split_of(scene.shells[0], scene)
+    everywhere = np.ones(len(split.whole.cells), bool)
+    inner = (np.abs(split.whole.centres - (0.5, 0.2, 0.0)) < (0.4, 0.1, 1.0)).all(axis=1)
+    assert split.wider(everywhere) == tuple(np.flatnonzero(inner)) and inner.sum() == 16
+    wider = growth.widened(scene, {"shell": split.wider(everywhere)})
+    grown = split_of(wider.shells[0], wider)
+    assert grown.overlap.sum() == 24 and grown.wider(everywhere) == grown.patch.cells
+    narrow = patched(Plate(length=0.5, width=0.2), n=3, material=CONCRETE, **ALL)
+    split = split_of(narrow.shells[0], narrow)
+    there = np.arange(10) == np.linalg.norm(split.whole.centres - (0.25, 0.05, 0.0), axis=1).argmin()
+    assert split.wider(there) == tuple(np.flatnonzero(np.abs(split.whole.centres[:, 0] - 0.25) < 0.11))
+    everywhere = growth.widened(narrow, {"shell": split.wider(np.ones(10, bool))})
+    with pytest.raises(SceneError, match="all elements of shell 'shell' would become particles, and none would be left;"):
+        split_of(everywhere.shells[0], everywhere)
+
+
+def test_a_tear_at_the_border_says_that_elements_stay_there():
+    """A plate that is stretched everywhere breaks at its rim too. That the patch be larger is no advice where it grows by itself."""
+    sim = start(patched(motion="in_plane", n=4, material=CONCRETE, duration=2e-3, **ALL))
+    for group in sim.groups:
+        X = group.mesh.points
+        runtime.put(group.nodes.v, np.column_stack([60.0 * (X[:, 0] - 0.5), 0.0 * X[:, 0]]))
+    with pytest.raises(RunStopped, match="breaks? at t = .* its patch, which grows by itself, cannot go there: .* border of the shell"):
+        sim.advance(60)
+    assert sim.grown.events == 1
+
+
+def test_the_plan_takes_the_step_of_the_particles_to_come():
+    """As that of a patch that is there; the note says the step before, too."""
+    auto, there = plan(still()), plan(patched(Plate(length=2.4, width=0.8), n=3, material=CONCRETE | TOUGH, duration=1e-3))
+    (body,) = auto.bodies
+    assert auto.dt == pytest.approx(there.dt, rel=0.02) and auto.dt < 0.6 * there.bodies[0].dt
+    assert "once there are particles, 33.33 mm apart" in body.note
+
+
+def test_of_two_shells_the_more_damaged_one_is_told():
+    scene = still()
+    other = scene.shells[0].model_copy(update={"name": "other", "surface": Plate(length=2.4, width=0.8, origin=(0, 0, 1.0))})
+    sim = start(scene.model_copy(update={"shells": (*scene.shells, other)}))
+    for coupling, worst in zip((one for one in sim.couplings if hasattr(one, "watch")), (0.6, 0.5), strict=True):
+        coupling.watch.worst = worst
+    assert sim.status()["% of D_c outside of the patch"] == 60
 
 
 def test_a_switch_with_a_word_says_it():

@@ -1,11 +1,14 @@
 """Rupture inside of a patch and outside of it."""
 
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from taichi_sph import runtime
+from taichi_sph.couplings.arlequin.factor import factorised
 from taichi_sph.errors import RunStopped
 from taichi_sph.scene import Box, Delay, InitialVelocity, Mazars, load_scene
 from taichi_sph.world import growth
@@ -70,6 +73,26 @@ def test_what_new_constraints_take_is_booked():
     assert abs(energies["closed_residual_percent"]) < 0.1
 
 
+def test_what_new_constraints_take_does_not_depend_on_the_step():
+    """Constraints that suddenly say something else take energy at once, whether the step stays or is halved there. As the work of a force
+    along its path, times dt_before / kick, 0.0087 % of the energy would be missing."""
+    sim = start(patched(motion="in_plane", n=3))
+    coupling = tied(sim)
+    for group in sim.groups:
+        X = group.mesh.points
+        runtime.put(group.nodes.v, np.column_stack([5.0 + 100.0 * X[:, 0], 2.0 * X[:, 0]]))
+    coupling.start()
+    sim.dt /= 2.0
+    sim.advance(20)
+    rows = coupling.factor.rows
+    coupling.factor, coupling.anew = factorised(replace(rows, particles=1.05 * rows.particles), *coupling.mass), True
+    coupling.tie.put(coupling.factor)
+    sim.dt /= 2.0
+    sim.advance(6)
+    energies = sim.energies()
+    assert energies["overlap"] > 2e-4 * energies["injected"] and abs(energies["closed_residual_percent"]) < 1e-3
+
+
 def test_damage_near_the_border_makes_the_patch_grow():
     """The same tear goes on: elements become particles, and break. What the change takes is booked."""
     sim = start(torn_at(0.35, grows=True))
@@ -91,9 +114,36 @@ def test_where_a_patch_cannot_grow_the_run_stops_as_it_was():
     sim = start(torn_at(0.35, grows=True))
     sim.advance(2)
     before, scene = sim.state(), sim.scene
-    with pytest.raises(RunStopped, match="damage comes near the border of a patch, which cannot grow there: .* takes all elements"):
+    with pytest.raises(RunStopped, match="damage or a fast striker comes near .* 'shell', whose patch cannot grow there: .* all elements"):
         growth.grow(sim, {"shell": tuple(range(tied(sim).split.cells.max() + 1))})
     assert sim.scene is scene and same_state(sim.state(), before) == []
+
+
+def test_a_border_that_moves_forgets_what_its_directors_dropped():
+    """As many nodes are tied after it as before, but they are others."""
+    sim = start(patched(n=3, material=CONCRETE, grows=True, duration=1e-3))
+    for group in sim.groups:
+        X = group.mesh.points
+        runtime.put(group.nodes.v, 1e-2 * np.column_stack([0.0 * X[:, :2], np.sin(4 * X[:, 0])]))
+    sim.advance(3)
+    before = tied(sim).tie
+    assert (runtime.get(before.dropped, before.n) != 0.0).any()
+    growth.grow(sim, {"shell": tied(sim).split.wider(tied(sim).split.overlap)})
+    after = tied(sim).tie
+    assert after.n == before.n and after is not before and not runtime.get(after.dropped, after.n).any()
+
+
+def test_only_what_contact_pushed_in_the_last_step_counts_as_touch(monkeypatch):
+    """Impulses on bodies that met nothing in it are those of a step before."""
+    group = SimpleNamespace(nodes=SimpleNamespace(n=2))
+    surfaces = [SimpleNamespace(group=group, first=SimpleNamespace(mover=0), n=2)]
+    port = SimpleNamespace(
+        who=np.array([0, 1]), whose=np.array([0, 1]), impulse=np.ones((2, 3)), pushed=np.array([1, 0]), n_bodies=2, surfaces=surfaces
+    )
+    contact = SimpleNamespace(touching=1, pairs=SimpleNamespace(n_who=2), port=port)
+    monkeypatch.setattr(growth, "runtime", SimpleNamespace(get=lambda field, n: field[:n]))
+    found = growth._touch(SimpleNamespace(couplings=[], contact=contact, step=1), group, 0.5)
+    assert found.tolist() == [[2.0] * 3, [0.0] * 3]
 
 
 @pytest.mark.long

@@ -11,7 +11,7 @@ from ...errors import RunStopped
 from ...frame import NO_CELLS, BodyFrame
 from ...pool import Pool
 from ...scene.schema import Scene
-from ..body import Entries, Group, Now, Rest, Span
+from ..body import Entries, Group, Now, Rest, Span, Tips
 from .pool import RigidBodies, move, rest, spins
 from .port import RigidSurface
 from .said import Rigid
@@ -118,13 +118,13 @@ class RigidGroup(Rest):
         points = RigidPoints(name, self, self.solids, spacing, meets)
         return [points] if points.n else []
 
-    def tips(self, meets: Callable[[str], bool]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def tips(self, meets: Callable[[str], bool]) -> Tips:
         """The pinballs. One that turns is as fast as the farthest point of it."""
         rigids = self.rigids
         own = np.array([meets(name) for name in rigids.names])[rigids.ball_body]
-        speed = np.linalg.norm(runtime.get(rigids.v, rigids.n), axis=1)
-        speed += np.linalg.norm(spins(rigids), axis=1) * [solid.reach for solid in self.solids]
-        return rigids.ball_places()[own], rigids.ball_radius[own], speed[rigids.ball_body][own]
+        of = rigids.ball_body[own]
+        turning = np.linalg.norm(spins(rigids), axis=1) * [solid.reach for solid in self.solids]
+        return Tips(rigids.ball_places()[own], rigids.ball_radius[own], runtime.get(rigids.v, rigids.n).astype(np.float64)[of], turning[of])
 
     def surface(self) -> RigidSurface:
         return RigidSurface(self)

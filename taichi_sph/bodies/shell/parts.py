@@ -54,9 +54,15 @@ def parts(scene: Scene) -> Iterator[Part]:
         yield Part(shell.model_copy(update={"material": shell.material.model_copy(update={"critical_damage": None})}), shell)
         if not patch.there:
             continue
-        spacing = patch.apart(scene.numerics_of(shell).spacing)
-        own = {"name": shell.name + PARTICLES, "formulation": patch.formulation, "spacing": spacing, "patch": None}
-        yield Part(shell.model_copy(update=own), shell)
+        yield Part(particles_of(shell, scene), shell)
+
+
+def particles_of(shell: Shell, scene: Scene) -> Shell:
+    """What the particles of a shell with a patch are, or will be."""
+    assert (patch := shell.patch) is not None
+    spacing = patch.apart(scene.numerics_of(shell).spacing)
+    own = {"name": shell.name + PARTICLES, "formulation": patch.formulation, "spacing": spacing, "patch": None}
+    return shell.model_copy(update=own)
 
 
 def meshed(one: Part, scene: Scene) -> tuple[Split | None, SurfaceMesh]:
@@ -124,13 +130,30 @@ class Split:
         """(M,) bool: elements that can become particles, for they and all around them can be divided, and no support holds them."""
         return _able(self.whole, self.held)
 
+    @cached_property
+    def rim(self) -> np.ndarray:
+        """(M,) bool: elements with a node on a border of the mesh."""
+        node = np.zeros(len(self.whole.points), bool)
+        node[self.whole.edges.nodes[(self.whole.edges.sides < 0).any(axis=1)]] = True
+        return np.asarray(node[_corners(self.whole)].any(axis=1))
+
     def wider(self, near: np.ndarray) -> tuple[int, ...]:
         """Numbers of elements that are particles beside those of the regions once the patch holds `near` (M,) bool and two elements around
-        them, of those that can. Patches whose overlaps would touch become one."""
+        them, of those that can. Patches whose overlaps would touch become one. Some elements must stay. Where that would take all of them,
+        those at the borders stay that are none yet, or fewer around `near` go with it; all are left to go where neither helps."""
         corner = _corners(self.whole)
+        around = [near]
         for _ in range(AHEAD):
-            near = _around(corner, near)
-        patched = self.patched | near & self.able
+            around.append(_around(corner, around[-1]))
+        patched = self._merged(around[-1] & self.able)
+        if patched.all():
+            within = [self._merged(self.able & ~self.rim), *(self._merged(wide & self.able) for wide in around[-2::-1])]
+            patched = next((few for few in within if not few.all() and few.any()), patched)
+        return tuple(np.flatnonzero(patched & ~self.said).tolist())
+
+    def _merged(self, more: np.ndarray) -> np.ndarray:
+        """(M,) bool: the patch with `more` (M,), and with what lies between overlaps that would touch."""
+        corner, patched = _corners(self.whole), self.patched | more
         while True:
             patched = _closed(patched, corner)
             overlap = _around(corner, patched) & ~patched
@@ -138,7 +161,7 @@ class Split:
             node[_touching(self.whole, corner, patched, overlap)] = True
             between = overlap & self.able & node[corner].any(axis=1)
             if not between.any():
-                return tuple(np.flatnonzero(patched & ~self.said).tolist())
+                return patched
             patched = patched | between
 
     def weight(self, cells: np.ndarray, r: np.ndarray, s: np.ndarray) -> np.ndarray:
@@ -239,6 +262,11 @@ def _split(shell: Shell, scene: Scene, regions: Sequence[Region | None]) -> Spli
         patched = patched.copy()
         patched[list(patch.cells)] = True
         patched = _closed(patched, corner)
+    if patched.all() and patch.cells:
+        raise SceneError(
+            f"{where}: all elements of shell '{shell.name}' would become particles, and none would be left; set its formulation "
+            "to 'galerkin' and leave the patch out, or make the elements finer"
+        )
     if patched.all():
         raise SceneError(f"{where} takes all elements of shell '{shell.name}'; leave the patch out and set its formulation to 'galerkin'")
     overlap = _around(corner, patched) & ~patched

@@ -13,7 +13,7 @@ from ...geometry.solids import joined
 from ...numerics.reduce import Reducer, fastest
 from ...pool import Pool
 from ...scene.schema import Scene
-from ..body import Entries, Group, Now, Rest, Span
+from ..body import Entries, Group, Now, Rest, Span, Tips
 from ..nodal.loads import Loads
 from ..nodal.motion import kick_and_drift
 from ..nodal.nodes import Nodes
@@ -225,12 +225,12 @@ class SolidGroup(Rest):
         met = [body for body in self.solids if body.split is None and meets(body.name)]
         return [SolidPoints(name, self, each_of(max(body.mesh.spacing for body in met), spacing), meets)] if met else []
 
-    def tips(self, meets: Callable[[str], bool]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def tips(self, meets: Callable[[str], bool]) -> Tips:
         """The nodes of the surface."""
         met = np.repeat([meets(span.name) for span in self.bodies], [span.n for span in self.bodies])
         own = self.skin.numbers[met[self.skin.numbers]]
         u, v = (runtime.get(field, self.nodes.n)[own].astype(np.float64) for field in (self.nodes.u, self.nodes.v))
-        return self.mesh.points[own] + u, np.zeros(len(own)), np.linalg.norm(v, axis=1)
+        return Tips(self.mesh.points[own] + u, np.zeros(len(own)), v, np.zeros(len(own)))
 
     def surface(self) -> SolidSurface | None:
         """None of a part, which nothing touches yet."""

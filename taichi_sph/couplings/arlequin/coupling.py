@@ -3,7 +3,9 @@
 Damage is watched. Elements do not tear, and where particles of the overlap break, the elements under them would hold on. A real shell
 tears there. So the run stops where D_r reaches D_c in an element, or where a particle of the overlap breaks. A crack among the particles
 changes the edge means of the sides near it. Where the crack comes near sides with a jump of the weight, the constraints are made anew.
-Velocities before do not obey those, so the multipliers of that step do work, -1/2 l . C v_n-1/2, which is booked as `overlap`.
+Velocities before do not obey those, so the multipliers of that step do work, -1/2 l . C v_n-1/2, which is booked as `overlap`. l is an
+impulse. It changes 1/2 m v_n-1/2 . v_n+1/2 by 1/2 (-C^T l) . (v_n-1/2 + v_n+1/2), and C v_n+1/2 = 0. So the steps on both sides do not
+matter: times dt_n-1/2 / kick, as the work of a force along its path, it would be a third too much where the step is halved.
 """
 
 from __future__ import annotations
@@ -92,7 +94,8 @@ class Waiting(Coupling):
                 place = self.elements.mesh.centres[int(delayed.argmax()) // (points.n // self.elements.cells.n)]
                 raise RunStopped(
                     f"shell '{self.name}': at ({', '.join(show(x, 'm') for x in place)}) an element would break at t = {now.time:.6g} s, "
-                    "and no patch can begin there: beside it there is a triangle, a sharp edge or a support; refine the mesh there"
+                    "and no patch can begin there: beside it there is a triangle, a sharp edge or a support, or it is at the border of "
+                    "a small shell; refine the mesh there"
                 )
 
     def _ask(self, now: Now) -> None:
@@ -189,10 +192,16 @@ class ArlequinCoupling(Tied):
             self.wanted = wider
 
     def _stop(self, place: np.ndarray, now: Now, what: str) -> None:
-        """RunStopped: how far beyond the particles alone."""
+        """RunStopped: how far beyond the particles alone, or why a patch that grows has not come so far."""
         inside = self.split.fine.mesh.centres[self.split.of_particles >= 1.0]
         beyond = float(np.linalg.norm(inside - place, axis=1).min())
         at = ", ".join(show(x, "m") for x in place)
+        if self.grows:
+            raise RunStopped(
+                f"shell '{self.name}': at ({at}) {what} at t = {now.time:.6g} s, and its patch, which grows by itself, cannot go there: "
+                "beside it there is a triangle, a sharp edge or a support, or it is among the last elements, at the border of the shell; "
+                "make the elements finer there, or the whole shell of particles (formulation = 'galerkin', no patch)"
+            )
         raise RunStopped(
             f"shell '{self.name}': its patch is too small: at ({at}) {what} at t = {now.time:.6g} s, {show(beyond, 'm')} outside of the "
             f"particles; let the patch reach {show(beyond + 3 * self.split.whole.spacing, 'm')} farther there"

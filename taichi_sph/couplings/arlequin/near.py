@@ -6,7 +6,8 @@
 momentum as a sheet of the element's width would take. So elements become particles before a striker meets them, if it is fast enough to
 take the sheet out of elasticity. A sheet that is struck at the speed v is strained by eps, v = sqrt(2) c eps^(3/4), where waves of tension
 run ahead of the corner that the striker pushes (Smith, McCrackin and Schiefer 1958, small eps); c = sqrt(E / rho), and eps is the yield
-strain, or that where a brittle law's damage begins.
+strain, or that where a brittle law's damage begins. v is relative to the element: a shell that flies onto what stands still is struck too.
+Rigid bodies and solids are strikers; other shells and water are none.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ NEAR = 0.1  # of D_c: an element whose damage has come so far becomes particles
 OFTEN = 5  # steps between two looks
 AHEAD = 2  # looks: a striker that could be there by then is near
 ACROSS = 5  # places along the side of an element from which a striker's distance is taken
+AT_ONCE = 20_000  # pairs of a striker and an element
 
 
 def fastest_elastic(material: Material) -> float:
@@ -66,25 +68,39 @@ class Near:
         return near
 
     def struck(self, elements: Any, now: Now) -> np.ndarray:
-        """(M,) bool of the whole mesh: elements that a fast striker can meet before the next look but one."""
+        """(M,) bool of the whole mesh: elements that a fast striker can meet before the next look but one. Fast, and how far it comes, is
+        said of its velocity relative to the corners of the element."""
         from scipy.spatial import cKDTree
 
         near = np.zeros(len(self.split.patched), bool)
         tips = [group.tips(self.meets) for group in self.strikers]
-        at, radius, speed = (np.concatenate(each) for each in zip(*tips)) if tips else (np.zeros((0, 3)), np.zeros(0), np.zeros(0))
-        fast = speed > self.slow
+        if not sum(len(found.places) for found in tips):
+            return near
+        at, radius, velocity, turning = (np.concatenate(each) for each in zip(*tips))
+        nodes = elements.nodes
+        v = _in_space(runtime.get(nodes.v, nodes.n).astype(np.float64))
+        most = np.linalg.norm(velocity, axis=1) + turning + float(np.linalg.norm(v, axis=1).max())
+        fast = most > self.slow
         if not fast.any():
             return near
-        at, radius = at[fast], radius[fast]
-        way = AHEAD * OFTEN * now.dt * float(speed[fast].max())
-        reach = self.half + max(way, 0.5 * self.width / (ACROSS - 1))
-        nodes = elements.nodes
-        x = (elements.mesh.points + runtime.get(nodes.u, nodes.n))[self.corner]
-        tree, size = cKDTree(at), float(radius.max()) + reach
+        at, radius, velocity, turning, most = (values[fast] for values in (at, radius, velocity, turning, most))
+        ahead, least = AHEAD * OFTEN * now.dt, 0.5 * self.width / (ACROSS - 1)
+        x = (elements.mesh.points + _in_space(runtime.get(nodes.u, nodes.n)))[self.corner]
         middle = x.mean(axis=1)
-        away, _ = tree.query(middle, distance_upper_bound=size + float(np.linalg.norm(x - middle[:, None], axis=2).max()))
-        close = np.flatnonzero(np.isfinite(away))
-        if len(close):
-            away, who = tree.query(np.einsum("pc,mci->mpi", self.places, x[close]))
-            near[self.split.cells[close[(away - radius[who] <= reach).any(axis=1)]]] = True
+        size = float(np.linalg.norm(x - middle[:, None], axis=2).max())
+        within = radius + self.half + np.maximum(ahead * most, least) + size
+        found = cKDTree(middle).query_ball_point(at, within)
+        tip = np.repeat(np.arange(len(at)), [len(cells) for cells in found])
+        cell = np.array([k for cells in found for k in cells], np.int64)
+        for first in range(0, len(tip), AT_ONCE):
+            t, c = tip[first : first + AT_ONCE], cell[first : first + AT_ONCE]
+            speed = np.linalg.norm(velocity[t, None] - v[self.corner[c]], axis=2).max(axis=1) + turning[t]
+            away = np.linalg.norm(np.einsum("pc,mci->mpi", self.places, x[c]) - at[t, None], axis=2).min(axis=1) - radius[t]
+            met = (speed > self.slow) & (away <= self.half + np.maximum(ahead * speed, least))
+            near[self.split.cells[c[met]]] = True
         return near
+
+
+def _in_space(values: np.ndarray) -> np.ndarray:
+    """(N, 3) of (N, 2) or (N, 3)."""
+    return np.pad(values, ((0, 0), (0, 3 - values.shape[1])))
