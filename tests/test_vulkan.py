@@ -55,7 +55,7 @@ SHORT = {
 }
 TWINS = {
     "numerics/neighbours.py": {"_sort"}, "numerics/cells.py": {"_sort", "_running"}, "couplings/wetted/wetted.py": {"_turn_round"},
-    "couplings/contact/pairs.py": {"_keep", "_incidence"}, "couplings/contact/multipliers.py": {"_solve_here"},
+    "couplings/contact/pairs.py": {"_keep", "_incidence"}, "couplings/contact/multipliers.py": {"_solve_here", "_list_acting"},
     "bodies/shell_sph/links.py": {"_transpose"}, "couplings/arlequin/tie.py": {"_act_here"},
 }  # fmt: skip
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from taichi_sph import runtime
+from taichi_sph.couplings.contact import multipliers
 from taichi_sph.couplings.contact.pairs import FACE
 from taichi_sph.scene import Material, Numerics, Pinball, Plate, Rigid, Scene, Shell
 from taichi_sph.world.world import World
@@ -54,6 +55,17 @@ def test_pairs_are_put_in_order_in_numpy_as_in_the_kernel(scene, monkeypatch):
     def dropped(body):
         pairs._drop(np.array([body]))
         return [runtime.get(getattr(pairs, name), pairs.n).tolist() for name in ("ball", "other", "sort", "p")]
+
+    def acting(list_acting):
+        n = list_acting()
+        moved = int(runtime.get(sim.contact.count, 2)[1])
+        return n, runtime.get(sim.contact.acting, n).tolist(), runtime.get(sim.contact.moved, moved).tolist()
+
+    runtime.put(pairs.near, (np.arange(pairs.n) % 3 == 0).astype(np.int32))
+    runtime.put(sim.contact.met, (np.arange(pairs.n_who) % 4 != 1).astype(np.int32))
+    by_kernel = acting(lambda: multipliers._list_acting(sim.contact))
+    assert 0 < by_kernel[0] < pairs.n / 3
+    assert acting(sim.contact._list_acting) == by_kernel
 
     state, body = sim.state(), port.names.index("ball")
     by_kernel = listed()
