@@ -115,6 +115,7 @@ def _moves(elements, along: float) -> None:
     runtime.put(elements.nodes.v, v)
 
 
+@pytest.mark.long
 def test_a_small_ball_hides_no_large_one():
     """The nearest middle is that of a pellet that meets nothing yet; the ball beside it has its surface at the plate."""
     limit = fastest_elastic(Material(**STEEL | CONCRETE))

@@ -121,6 +121,7 @@ def test_a_gauge_at_an_edge_or_on_the_surface_is_on_its_shell():
     plan(scene(Galerkin(), [StrainGauge(name=name, point=point, along=(1, 0, 2)) for name, point in places.items()]))
 
 
+@pytest.mark.long
 def test_of_a_shell_in_parts_the_part_that_bears_is_read():
     """In the patch the particles, in the middle of an element that they replace too; far from it the elements. Both read one stretch."""
     places = {"in": (0.5 + 1 / 24, 0.5 + 1 / 24, 0.0), "out": (0.1, 0.1, 0.0)}
