@@ -158,6 +158,7 @@ def test_the_ledger_closes_and_the_masses_are_whole():
     assert tied(sim).left()[0] < 1e-13
 
 
+@pytest.mark.long
 def test_a_blow_on_the_overlap_is_booked_by_the_velocities_that_come_of_it():
     """A ball strikes elements and particles where they are tied: the tie comes after contact and changes what the blow made of velocities.
     Booked before it, 2.2 % of the ball's energy were missing."""
@@ -182,6 +183,7 @@ def test_restart_and_threads_in_the_plane():
     threads_change_nothing(lambda threads: start(patched(motion="in_plane", **PULL), threads=threads), 12)
 
 
+@pytest.mark.long
 def test_one_thread_ties_as_all_do(monkeypatch):
     """Both ways of a processor give the same bits."""
     ends = []

@@ -132,6 +132,7 @@ def thrown_back(waves: float, from_elements: bool, n: int) -> float:
     return float((mass[here, None] * v[here] ** 2).sum()) / whole
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("from_elements", [True, False])
 def test_packets(from_elements, monkeypatch):
     """Ten elements a wave, three particles an element: at most 1e-3 of the energy comes back (as of shells)."""
