@@ -83,8 +83,9 @@ def resume(
     threads: ThreadsOption = None,
     pictures: PicturesOption = True,
 ) -> None:
-    """Go on with an interrupted run from its newest checkpoint, exactly; of a study, run what is not finished. A search for equilibrium
-    that stopped may go on with another static.method, static.residual or static.max_steps."""
+    """Go on with an interrupted run from its newest checkpoint, exactly; of a study, run what is not finished. A finished run goes on to a
+    later end: --set duration=20ms. A search for equilibrium that stopped may go on with another static.method, static.residual or
+    static.max_steps."""
     from .run import session
 
     if (folder / "study.json").is_file():

@@ -30,6 +30,7 @@ from .progress import Pace, Progress, progress_line
 from .tell import contact_text, overlap_text, tell_plan
 
 RESUMED = ("static.method", "static.residual", "static.max_steps")  # what a resumed search for equilibrium may change
+LONGER = ("duration", "until", "until.share", "output.frames", "output.samples", "output.checkpoints")  # the same of a run in time
 BEAT = 0.5  # s of wall clock between looks at the clock, the keyboard and the screen
 FEW_STEPS = 100  # below, the rate of a run says how long it took to start
 
@@ -160,7 +161,8 @@ def resume(
     simulation: Callable[..., WorldLike] | None = None,
 ) -> Path:
     """Goes on from the newest checkpoint of a run, as if it had never stopped. settings: keys of RESUMED with new values, for a search for
-    equilibrium that has stopped."""
+    equilibrium that has stopped; keys of LONGER, for a run in time that is to go on beyond its end. Steps stay as long as they are; a run
+    started with that end would fit them to it."""
     from ..output import checkpoint, record
 
     out = Path(out)
@@ -169,12 +171,15 @@ def resume(
     files.check_links(out, files.RUN)
     progress = progress or Progress()
     with locked(out, progress.say):
-        if (out / SUMMARY_FILE).is_file():
-            raise SceneError(f"the run in '{out}' is finished: there is nothing to resume")
         scene = load_scene(out / SCENE_FILE)
-        saved, refused = checkpoint.newest_whole(out / "checkpoints", record.scene_hash(scene))
         _may_change(scene, settings or {})
         changed = load_scene(out / SCENE_FILE, settings) if settings else scene
+        if (out / SUMMARY_FILE).is_file() and (scene.static is not None or not settings):
+            hint = "" if scene.static is not None else "; it goes on with a longer one: --set duration=..."
+            raise SceneError(f"the run in '{out}' is finished: there is nothing to resume{hint}")
+        saved, refused = checkpoint.newest_whole(out / "checkpoints", record.scene_hash(scene))
+        if changed.duration < saved.time and changed.static is None:
+            raise SceneError(f"duration = {show(changed.duration, 's')}: the run has come to {show(saved.time, 's')} already; give a later end")
         for path, why in refused.items():
             progress.say(f"{why}; it was put aside as {checkpoint.put_aside(path).name}, the one before it is taken")
         progress.say(f"resuming '{scene.name}' at t = {show(saved.time, 's')}, step {saved.step}")
@@ -187,20 +192,21 @@ def resume(
             progress.log_to(out / LOG_FILE, append=True)
             session = _Session(changed, out, sim, arch, clocks, progress, asked, saved.time)
             if changed is not scene:
+                clocks.command = " ".join([clocks.command, *(f"--set {key}={value}" for key, value in (settings or {}).items())])
+                session.keep()  # of the scene as it is now; a kill before that scene is written leaves an older one
+                (out / SUMMARY_FILE).unlink(missing_ok=True)
                 with files.whole(out / SCENE_FILE) as file:
                     file.write(dump(changed))
-                session.keep()  # a checkpoint of the scene as it is now
             session.compute()
         return session.finish(pictures)
 
 
 def _may_change(scene: Scene, settings: Mapping[str, Any]) -> None:
     """SceneError where a run cannot go on with those settings."""
+    allowed, what = (LONGER, "run") if scene.static is None else (RESUMED, "search for equilibrium")
     for key in settings:
-        if scene.static is None:
-            raise SceneError(f"--set {key}: a resumed run goes on with its own scene; run it anew with another one")
-        if key not in RESUMED:
-            raise SceneError(f"--set {key}: a resumed search for equilibrium takes {', '.join(RESUMED)}{nearest(key, RESUMED)}")
+        if key not in allowed:
+            raise SceneError(f"--set {key}: a resumed {what} takes {', '.join(allowed)}{nearest(key, allowed)}; run it anew with another scene")
 
 
 def _clocks_of(extra: dict[str, Any]) -> Clocks:

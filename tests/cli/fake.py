@@ -20,6 +20,7 @@ class FakeWorld:
     unset = ()
     stop_at: int | None = None
     on_step: Any = None  # called with the simulation after each step
+    long: float | None = None  # s, a step; None: the duration over STEPS
     asked: list[dict[str, Any]] = []
 
     def __init__(self, scene: Scene, arch: str = "cpu", threads: int | None = None) -> None:
@@ -27,7 +28,7 @@ class FakeWorld:
             raise SceneError(f"arch: '{arch}' is not known; choose one of cpu")
         type(self).asked.append({"scene": scene, "arch": arch, "threads": threads})
         self.scene = scene
-        self.time, self.step, self.dt, self.dt_rule = 0.0, 0, scene.duration / STEPS, "a rule"
+        self.time, self.step, self.dt, self.dt_rule = 0.0, 0, type(self).long or scene.duration / STEPS, "a rule"
         self.n_nodes, self.stress_points, self.bytes, self.compile_seconds = 4, 1, 1000, 0.25
         self.x, self.v = 1.0, 0.0
 

@@ -120,7 +120,27 @@ def test_interrupted_twice(call, work, fake, scene_file):
     assert call("resume", "parts", *QUIET)[0] == 130
     assert call("resume", "parts", *QUIET)[0] == 0
     assert results(work / "parts") == results(work / "whole")
-    assert call("resume", "parts", *QUIET)[2] == "taichi-sph: the run in 'parts' is finished: there is nothing to resume\n"
+    finished = "taichi-sph: the run in 'parts' is finished: there is nothing to resume; it goes on with a longer one: --set duration=...\n"
+    assert call("resume", "parts", *QUIET)[2] == finished
+
+
+def test_a_finished_run_goes_on_to_a_later_end(call, work, fake, scene_file):
+    """As if it had been started with that end; a kill on the way leaves a run that is resumed as any other."""
+    fake.long = 0.5e-6
+    longer = [part for one in ("duration=40us", "output.frames=8", "output.samples=16", "output.checkpoints=4") for part in ("--set", one)]
+    assert call("run", "small.json", *longer, "--out", "whole", *QUIET)[0] == 0
+    assert call("run", "small.json", "--out", "parts", *QUIET)[0] == 0
+    for key, value in (("duration", "10us"), ("numerics.spacing", 0.1), ("durations", 1)):
+        code, _, err = call("resume", "parts", "--set", f"{key}={value}", *QUIET)
+        assert code == 2 and key in err and err.count("\n") == 1
+    last = sorted((work / "parts/checkpoints").iterdir())[-1].name
+    half = int(last.removeprefix("step_").partition(".")[0])
+    fake.on_step = lambda sim: sim.step == half + 3 and signal.raise_signal(signal.SIGINT)
+    assert call("resume", "parts", *longer, *QUIET)[0] == 130
+    fake.on_step = None
+    assert not (work / "parts/summary.json").exists()
+    assert call("resume", "parts", *QUIET)[0] == 0
+    assert results(work / "parts") == results(work / "whole")
 
 
 def test_a_run_that_stops_itself(call, work, fake, scene_file):
