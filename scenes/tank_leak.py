@@ -7,10 +7,14 @@ front face along its height (measured by Timm 2003, computed by T with 19 346 sh
 200 bar, bullet at 88 m/s after 2.1 ms, B +3.94 %); empty, there are two holes and no more.
 
 The water is as coarse as the bullet, at every quality. By itself (`drag` 0) it resists by more the coarser it is, and the bullet is
-stopped at draft. With `drag` it resists by a measured coefficient (Drag; docs/method.md, 11), and the bullet is as fast at every quality:
-0.35 of a sphere, 0.82 of a flat nose. T's 88 m/s come out of plastic blows of balls and were never measured; the bullet of the experiment
-was flattened, and ours is rigid. With `halved` 1 or 2 the water is so many times halved along the bullet's path (Finer): what it resists by
-itself comes nearer to the measured drag. `metal` as in empty_tank: the bullet is a solid of mild or hard steel that yields.
+stopped where it is coarse. So it resists by a measured coefficient (Drag; docs/method.md, 11), and the bullet is as fast at every quality:
+that of a flat nose, 0.82, by itself, for the bullet of the experiment was flattened (T fig. 3.11) and ours is rigid; a sphere has 0.35. T's
+88 m/s come out of plastic blows of balls and were never measured. With `halved` 1 or 2 the water is so many times halved along the bullet's
+path (Finer), and resists by itself: what it does so comes nearer to the measured drag. `metal` as in empty_tank: the bullet is a solid of
+mild or hard steel that yields, and the water resists by itself.
+
+How far the sheet tears follows from its own spacing far more than from that of the water, which has most of the nodes. So the coarser
+qualities coarsen the water first.
 
 `coupled`: finite elements with one point, and particles over the height of the front face, 80 mm to both sides, and within 80 mm of where
 the bullet leaves (T 4.6.2: one long crack). They end two elements before the ends of the tank, whose edges no particles can follow. With
@@ -26,8 +30,9 @@ from _tank import HEIGHT, RADIUS, bullet, drags, metal_bullet, supports, tank, t
 
 from taichi_sph.scene import Box, Dimensionless, Finer, Fluid, Numerics, Output, Quality, Quantity, Scene, ShellFill, Speed
 
-SPACING = {"draft": 12e-3, "standard": 8.5e-3, "paper": 6.25e-3}  # m, of the shell; T: 6.25 mm
-PARTICLES = 1.19  # spacing of the water over that of the shell, as in T
+SPACING = {"draft": 8.5e-3, "standard": 7e-3, "paper": 6.25e-3}  # m, of the shell; T: 6.25 mm
+WATER = {"draft": 14.3e-3, "standard": 10.2e-3, "paper": 7.44e-3}  # m, of the water; T: 1.19 times that of the shell
+FLAT = 0.82  # drag coefficient of a flat nose in an open cavity (scenes/sphere_entry.py)
 ACROSS = {"draft": 3, "standard": 4, "paper": 5}  # cells over the radius of a bullet of metal
 EVERY = 16  # steps of it between two of the water
 PATH = 20e-3  # m, half the width of the finest water along the bullet's path, and of what is around it
@@ -38,7 +43,7 @@ def scene(
     level: Dimensionless = 1.0,
     velocity: Speed = 730.0,
     necks: bool = True,
-    drag: Dimensionless = 0.0,
+    drag: Dimensionless | None = None,
     halved: int = 0,
     metal: Literal["none", "mild", "hard"] = "none",
     coupled: bool | Literal["auto"] = False,
@@ -50,6 +55,8 @@ def scene(
         raise ValueError(f"halved = {halved}: the water along the path is halved 0, 1 or 2 times")
     if drag and metal != "none":
         raise ValueError(f"drag = {drag:g}: the law is of a rigid bullet; leave drag or metal out")
+    if drag is None:
+        drag = 0.0 if halved or metal != "none" else FLAT
     solid, thrown = metal_bullet(metal, velocity, ACROSS[quality]) if metal != "none" else (None, None)
     speed, by = ("striker_speed", {}) if solid is None else ("body_speed", {"body": "bullet"})
     shape = [Quantity(name=name, unit="m", options={"axis": "x", **by}) for name in ("body_length", "body_diameter") if solid]
@@ -63,7 +70,7 @@ def scene(
     water = Fluid(
         name="water",
         fill=ShellFill(shell="tank", level=level * HEIGHT if level < 1 else None),
-        spacing=PARTICLES * d,
+        spacing=WATER[quality],
         finer=finer or None,
         every=EVERY if solid else None,
         delta=0.0,  # as T: shocks need no diffusion of density, and it would be the largest loss of all

@@ -19,7 +19,7 @@ from taichi_sph.scene import Dimensionless, LeakKnown, Output, Quality, Quantity
 def scene(
     quality: Quality = "draft",
     velocity: Speed = 730.0,
-    drag: Dimensionless = 0.0,
+    drag: Dimensionless | None = None,
     known: Dimensionless = 0.0,
     coupled: bool | Literal["auto"] = False,
 ) -> Scene:
