@@ -79,7 +79,7 @@ def test_every_knob_of_a_tank_of_water():
     from pathlib import Path
 
     scene = load_scene(Path(__file__).parents[2] / "scenes" / "tank_leak.py")
-    found = knobs(scene, ["quality", "level"])
+    found = knobs(scene, ["quality", "level", "drag"])
     assert {
         "water every 2",
         "water alpha 0.3",
@@ -88,9 +88,10 @@ def test_every_knob_of_a_tank_of_water():
         "water support 1.3",
         "contact tolerance 0.01",
     } <= found.keys()
-    assert found[THESIS]["fluids.water.contact"] == "pinballs"
+    assert found[THESIS]["fluids.water.contact"] == "pinballs" and found[THESIS]["drag"] == 0
     coarse = found["spacing x 2"]
-    assert coarse["fluids.water.spacing"] / coarse["numerics.spacing"] == pytest.approx(1.19)  # together
+    assert coarse["fluids.water.spacing"] == pytest.approx(2 * scene.fluids[0].spacing)  # together
+    assert coarse["numerics.spacing"] == pytest.approx(2 * scene.numerics.spacing)
     alone = [name for name, settings in found.items() if judge.only_spacing(settings)]
     assert alone == [BASE, "quality standard", "quality paper", "spacing x 2", "spacing x 1.5", "spacing x 0.667"]
     assert not judge.only_spacing(found["water spacing x 0.8"]) and not judge.only_spacing({"quality": "paper", "cells": "triangle"})

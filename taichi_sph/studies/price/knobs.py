@@ -28,6 +28,8 @@ def knobs(scene: Scene, options: Sequence[str] = ()) -> dict[str, Settings]:
     if "quality" in options:
         found |= {f"quality {q}": {"quality": q} for q in ("draft", "standard", "paper") if q != scene.quality}
         pinballs = {f"fluids.{fluid.name}.contact": "pinballs" for fluid in scene.fluids}  # T 3.3
+        if "drag" in options:
+            pinballs["drag"] = 0  # no law: the water resists by them
         if scene.shells and not metal:
             found[THESIS] = {"quality": "paper", formulation: "collocation", **pinballs}
         elif necks := {f"shells.{s.name}.material.damage.necks": False for s in scene.shells if getattr(s.material.damage, "necks", False)}:
