@@ -17,6 +17,9 @@ from ..runtime import ti
 from .body import Group
 
 
+LEAST = 1e-30  # m2, less than any area
+
+
 class SurfacePoints(Pool):
     """All points that one group of fluids can press on.
 
@@ -48,7 +51,7 @@ class SurfacePoints(Pool):
             self.record[k][6 + c] = ti.cast(v[c], float)
         self.record[k][9] = ti.cast(ti.select(thin == 1, half, -1.0), float)
         size = ti.cast(a, float).norm()
-        self.record[k][10], self.record[k][11] = size, 1.0 / ti.max(size, 1e-30)
+        self.record[k][10], self.record[k][11] = size, 1.0 / ti.max(size, LEAST)
 
     @ti.func
     def place(self, k):
@@ -83,8 +86,13 @@ class SurfacePoints(Pool):
         return self.record[k][9] >= 0.0
 
     @ti.func
+    def lost(self, k):
+        """Whether point k has no cell any more, and no area from now on."""
+        return self.record[k][11] >= 1.0 / LEAST
+
+    @ti.func
     def hide(self, k):
-        """Point k has no area any more."""
+        """Point k has no area now."""
         for c in ti.static(range(3)):
             self.record[k][3 + c] = 0.0
         self.record[k][10] = 0.0

@@ -236,12 +236,14 @@ def _hide(points: ti.template(), hidden: ti.template(), n: ti.i32, strikers: ti.
 
 @ti.kernel
 def _travelled(t: ti.template(), n: ti.i32, points: ti.i32) -> ti.f64:
-    """How far a particle and a point can have moved relative to each other since the lists were made [m]."""
+    """How far a particle and a point can have moved relative to each other since the lists were made [m]. What is no part of a surface any
+    more, the fastest of all as a rule, does not count."""
     one, two = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
     for i in range(n):
         ti.atomic_max(one, (t.p.x[i] - t.built_particles[i]).norm_sqr())
     for k in range(points):
-        ti.atomic_max(two, (t.points.x[k] - t.built[k]).norm_sqr())
+        if not t.points.lost(k):
+            ti.atomic_max(two, (t.points.x[k] - t.built[k]).norm_sqr())
     return ti.sqrt(one) + ti.sqrt(two)
 
 
