@@ -24,6 +24,9 @@ def tell_plan(scene: Scene, p: Plan, progress: Progress) -> None:
         )
         if body.note:
             progress.say(f"  {body.name}: {body.note}")
+    for said in scene.interactions:
+        if note := getattr(said, "note", None):
+            progress.say(f"  {note}")
     if p.counted:
         progress.say(f"  {p.nodes} nodes and particles are many: they are counted, not made; a run looks at regions, cuts and overlaps")
     n = scene.numerics

@@ -28,6 +28,12 @@ class Drag(Frozen):
 
     parts: ClassVar[bool] = True  # the two do not meet otherwise
 
+    @property
+    def note(self) -> str:
+        """What a plan says of it."""
+        striker, fluid = self.between
+        return f"{striker}: flies through {fluid} by its drag, coefficient {self.coefficient:g}, and not by the pressure of {fluid}"
+
     def check(self, scene: Any) -> None:
         """Against the rest of the scene."""
         where = scene.key_of(self)
