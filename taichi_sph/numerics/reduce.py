@@ -30,6 +30,12 @@ class Reducer:
         _block_tops(self.partial, vectors, n, used)
         return float(runtime.get(self.partial, used).max())
 
+    def top(self, values: Any, n: int) -> float:
+        """Largest of the first n entries of a scalar field, 0 where none is above it; infinite where one is no number."""
+        used = max(1, -(-n // BLOCK))
+        _block_highest(self.partial, values, n, used)
+        return float(runtime.get(self.partial, used).max())
+
 
 def fastest(velocities: Any, places: Any, n: int, first: int = 0) -> tuple[int, str]:
     """The number of the fastest of n points (of the first that is no number), counted from `first` on, and where and how fast it
@@ -55,6 +61,20 @@ def _block_tops(partial: ti.template(), vectors: ti.template(), n: ti.i32, block
         top = ti.cast(0.0, ti.f64)
         for i in range(b * BLOCK, ti.min(n, (b + 1) * BLOCK)):
             v = ti.cast(vectors[i].norm(), ti.f64)
+            if not (v <= top):  # also true for nan
+                top = v
+                if not (v < ti.math.inf):
+                    top = ti.math.inf
+                    break
+        partial[b] = top
+
+
+@ti.kernel
+def _block_highest(partial: ti.template(), values: ti.template(), n: ti.i32, blocks: ti.i32):
+    for b in range(blocks):
+        top = ti.cast(0.0, ti.f64)
+        for i in range(b * BLOCK, ti.min(n, (b + 1) * BLOCK)):
+            v = ti.cast(values[i], ti.f64)
             if not (v <= top):  # also true for nan
                 top = v
                 if not (v < ti.math.inf):

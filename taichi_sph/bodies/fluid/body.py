@@ -89,7 +89,9 @@ class FluidBody(Pool):
         self.points = points = np.concatenate([filling.points for filling in fillings])
         self.origin = points.mean(axis=0)
         self.constants = np.array([constants(fluid, filling.spacing, spacing, self.gravity, self.origin) for fluid, filling in fluids])
-        self.law = eos_tait if self.constants[0, columns.GAMMA] > 0.0 else eos_acoustic
+        self.gamma = float(self.constants[:, columns.GAMMA].max())
+        self.stiffens = self.gamma > 0.0
+        self.law = eos_tait if self.stiffens else eos_acoustic
         self.support, self.sound = self.fluids[0].support, max(fluid.water.sound for fluid in self.fluids)
         self.sorts = 0
         of = np.repeat(np.arange(len(fluids)), np.diff(first))
@@ -105,7 +107,7 @@ class FluidBody(Pool):
         self.surroundings: Surroundings | None = None
         cut = bool((self.constants[:, columns.LEAST] > ANY).any())
         riemann = self.fluids[0].dissipation == "riemann"
-        self.pairs = FluidPairs(p, self.near, self.walls, self.support, self.law is eos_tait, cut, riemann)
+        self.pairs = FluidPairs(p, self.near, self.walls, self.support, self.stiffens, cut, riemann)
         self.reducer = Reducer(p.n, f"{name}.reduce")
         self.compressed = self.injected = self.fallen_from = self.dt = 0.0
 
@@ -227,9 +229,15 @@ class FluidBody(Pool):
 
     def stable_dt(self) -> float:
         """Largest stable step [s] (before any safety), of the particles of that size which rules (step.py)."""
-        fastest, own = self.sound + self.fastest(), float(self.constants[:, columns.OWN].min())
+        squeezed, own = self.squeezed(), float(self.constants[:, columns.OWN].min())
+        # sound in Tait's water goes by (rho / rho_0)^((gamma - 1) / 2) faster, and the particles lie nearer
+        fastest = (self.sound * squeezed ** (0.5 * (self.gamma - 1.0)) + self.fastest()) * squeezed ** (1.0 / 3.0)
         layer, lightest = float(self.constants[:, columns.DENSITY].max()) * self.p.spacing, getattr(self.surroundings, "lightest", None)
         return min(stable_step(own / part / fastest, self.support, layer / part, lightest) for part in np.unique(self.p.parts).tolist())
+
+    def squeezed(self) -> float:
+        """rho / rho_0 of the densest particle, 1 at least; of the acoustic law, whose sound is the same everywhere, 1."""
+        return 1.0 + self.reducer.top(self.p.s, self.p.n) if self.stiffens else 1.0
 
     def fastest(self) -> float:
         """Largest speed [m/s]; inf when a velocity is not finite."""

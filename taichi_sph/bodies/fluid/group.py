@@ -109,8 +109,8 @@ class FluidGroup(Rest):
         return {"sound in the fluid": self.scene.numerics.time_step_safety * self.body.stable_dt() / self.every}
 
     def hastens(self, now: Now) -> bool:
-        """Whether the fluid has become too fast for the step; looked at now and then."""
-        if now.step % LOOK:
+        """Whether the fluid has become too fast for the step; looked at now and then, and always where a shock may make it stiffer."""
+        if now.step % LOOK and not self.body.stiffens:
             return False
         return self.scene.numerics.time_step_safety * self.body.stable_dt() < self.every * now.dt
 

@@ -27,7 +27,7 @@ def knobs(scene: Scene, options: Sequence[str] = ()) -> dict[str, Settings]:
     found: dict[str, Settings] = {BASE: {}}
     if "quality" in options:
         found |= {f"quality {q}": {"quality": q} for q in ("draft", "standard", "paper") if q != scene.quality}
-        pinballs = {f"fluids.{fluid.name}.contact": "pinballs" for fluid in scene.fluids}  # T 3.3
+        pinballs: Settings = {f"fluids.{fluid.name}.contact": "pinballs" for fluid in scene.fluids}  # T 3.3
         if "drag" in options:
             pinballs["drag"] = 0  # no law: the water resists by them
         if scene.shells and not metal:
