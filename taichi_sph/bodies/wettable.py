@@ -16,7 +16,6 @@ from ..pool import Pool
 from ..runtime import ti
 from .body import Group
 
-
 LEAST = 1e-30  # m2, less than any area
 
 

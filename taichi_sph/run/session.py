@@ -179,7 +179,9 @@ def resume(
             raise SceneError(f"the run in '{out}' is finished: there is nothing to resume{hint}")
         saved, refused = checkpoint.newest_whole(out / "checkpoints", record.scene_hash(scene))
         if changed.duration < saved.time and changed.static is None:
-            raise SceneError(f"duration = {show(changed.duration, 's')}: the run has come to {show(saved.time, 's')} already; give a later end")
+            raise SceneError(
+                f"duration = {show(changed.duration, 's')}: the run has come to {show(saved.time, 's')} already; give a later end"
+            )
         for path, why in refused.items():
             progress.say(f"{why}; it was put aside as {checkpoint.put_aside(path).name}, the one before it is taken")
         progress.say(f"resuming '{scene.name}' at t = {show(saved.time, 's')}, step {saved.step}")
@@ -206,7 +208,9 @@ def _may_change(scene: Scene, settings: Mapping[str, Any]) -> None:
     allowed, what = (LONGER, "run") if scene.static is None else (RESUMED, "search for equilibrium")
     for key in settings:
         if key not in allowed:
-            raise SceneError(f"--set {key}: a resumed {what} takes {', '.join(allowed)}{nearest(key, allowed)}; run it anew with another scene")
+            raise SceneError(
+                f"--set {key}: a resumed {what} takes {', '.join(allowed)}{nearest(key, allowed)}; run it anew with another scene"
+            )
 
 
 def _clocks_of(extra: dict[str, Any]) -> Clocks:
