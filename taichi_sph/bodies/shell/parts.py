@@ -151,6 +151,17 @@ class Split:
             patched = next((few for few in within if not few.all() and few.any()), patched)
         return tuple(np.flatnonzero(patched & ~self.said).tolist())
 
+    def counted(self, more: np.ndarray) -> tuple[int, int]:
+        """Numbers of nodes of the elements and of particles once the patch holds the cells `more` (M,) and those around them as well, if
+        they can (`wider`)."""
+        patched = self.said.copy()
+        patched[list(self.wider(more))] = True
+        both = _around(_corners(self.whole), patched)
+        edges = np.unique(self.whole.edges.cell_edges[both])
+        corners, rest = np.unique(self.whole.cells[both]), np.unique(self.whole.cells[~patched])
+        particles = (corners >= 0).sum() + (self.n - 1) * (edges >= 0).sum() + (self.n - 1) ** 2 * both.sum()
+        return int((rest >= 0).sum()), int(particles)
+
     def _merged(self, more: np.ndarray) -> np.ndarray:
         """(M,) bool: the patch with `more` (M,), and with what lies between overlaps that would touch."""
         corner, patched = _corners(self.whole), self.patched | more
