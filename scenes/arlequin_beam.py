@@ -48,6 +48,8 @@ def scene(
     form: Literal["all", "coupled", "elements", "particles"] = "all",
     particles: Annotated[StrictInt, Field(ge=1)] = 2,
 ) -> Scene | Study:
+    if form == "elements" and particles != 2:
+        raise ValueError(f"form = 'elements' has no particles: leave particles = {particles} out, or set form = coupled")
     if form != "all":
         return one(quality, form, particles)
     if particles != 2:

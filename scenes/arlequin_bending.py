@@ -47,6 +47,12 @@ def scene(
     weight: Literal["half", "linear"] = "half",
     directors: bool = True,
 ) -> Scene | Study:
+    if form == "all" and (slenderness, weight, directors) != (1e-1, "half", True):
+        raise ValueError("form = 'all' chooses slenderness, weight and directors by itself: leave them out, or set form = coupled")
+    if form in ("elements", "particles") and (weight, directors) != ("half", True):
+        raise ValueError(f"form = '{form}' ties nothing: leave weight and directors out, or set form = coupled")
+    if form == "elements" and particles != 5:
+        raise ValueError(f"form = 'elements' has no particles: leave particles = {particles} out, or set form = coupled")
     if form != "all":
         return one(quality, form, slenderness, particles, weight=weight, directors=directors)
     cases = {}

@@ -46,6 +46,10 @@ def scene(
     weight: Literal["half", "linear", "cubic"] = "half",
     multipliers: Literal["gradient", "volume"] = "gradient",
 ) -> Scene | Study:
+    if form == "all" and (particles, weight, multipliers) != (5, "half", "gradient"):
+        raise ValueError("form = 'all' chooses particles, weight and multipliers by itself: leave them out, or set form = coupled")
+    if form in ("elements", "particles") and (weight, multipliers) != ("half", "gradient"):
+        raise ValueError(f"form = '{form}' ties nothing: leave weight and multipliers out, or set form = coupled")
     if form != "all":
         return one(quality, form, particles, weight=weight, multipliers=multipliers)
     cases = {f"{kind}_{n}": one(quality, "coupled", n, weight=kind) for n in PARTICLES[quality] for kind in ("half", "linear", "cubic")}

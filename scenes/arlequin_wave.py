@@ -50,6 +50,12 @@ def scene(
     multipliers: Literal["gradient", "volume"] = "gradient",
     reach: Dimensionless = 2.0,
 ) -> Scene | Study:
+    if form == "all" and (particles, weight, multipliers, reach) != (5, "half", "gradient", 2.0):
+        raise ValueError("form = 'all' chooses particles, weight, multipliers and reach by itself: leave them out, or set form = coupled")
+    if form in ("elements", "particles") and (weight, multipliers, reach) != ("half", "gradient", 2.0):
+        raise ValueError(f"form = '{form}' ties nothing: leave weight, multipliers and reach out, or set form = coupled")
+    if multipliers == "gradient" and reach != 2.0:
+        raise ValueError(f"reach = {reach:g} is of T's coupling: leave it out, or set multipliers = volume")
     if form != "all":
         return one(quality, form, particles, weight=weight, multipliers=multipliers, reach=reach)
     cases = {f"half_{n}": one(quality, "coupled", n, weight="half") for n in PARTICLES[quality]}

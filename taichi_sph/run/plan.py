@@ -81,7 +81,7 @@ NEWTON = 5 * 4e-4  # s a node for one load increment of Newton's method, of some
 
 @dataclass(frozen=True)
 class BodyPlan:
-    """One body: counts, masses [kg], lengths [m]. `analytic_mass` is None where no formula gives it;
+    """One body: counts, masses [kg], lengths [m], bytes. `analytic_mass` is None where no formula gives it;
     `note` says whether the surface is closed."""
 
     name: str
@@ -96,6 +96,8 @@ class BodyPlan:
     note: str = ""
     memory: float = 0.0
     every: int = 1
+    more_nodes: int = 0  # and bytes: where all of a patch that grows has grown
+    more_memory: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -110,7 +112,8 @@ class Made:
 
 @dataclass(frozen=True)
 class Plan:
-    """The whole run: dt [s] and what follows are estimates, `memory` and `disk` in bytes. counted: so are the numbers of nodes, and nothing
+    """The whole run: dt [s] and what follows are estimates, `memory` and `disk` in bytes. most_memory: where patches grow as far as they
+    can. counted: so are the numbers of nodes, and nothing
     was made."""
 
     bodies: tuple[BodyPlan, ...]
@@ -121,10 +124,16 @@ class Plan:
     seconds: float
     made: Made = field(compare=False, repr=False)
     counted: bool = False
+    most_memory: int = 0
 
     @property
     def nodes(self) -> int:
         return sum(body.nodes for body in self.bodies)
+
+    @property
+    def most(self) -> float:
+        """How many times as many nodes there are where patches grow as far as they can; 1 where none grows."""
+        return 1.0 + sum(body.more_nodes for body in self.bodies) / max(self.nodes, 1)
 
 
 def make(scene: Scene, memory_there: int | None = None) -> Made:
@@ -206,13 +215,14 @@ def _estimated(scene: Scene, bodies: tuple[BodyPlan, ...], node_steps_per_second
     seconds = sum(body.nodes / body.every for body in bodies) * work / node_steps_per_second
     if _by_newton(scene, nodes):
         seconds = steps * nodes * NEWTON
-    out = scene.output
+    out, single = scene.output, SINGLE if scene.numerics.precision == "f32" else 1.0
     per_node = (out.frames + 1) * FRAME_BYTES_PER_NODE + min(out.checkpoints, KEPT) * CHECKPOINT_BYTES_PER_NODE
     return Plan(
         bodies=bodies,
         dt=dt,
         steps=steps,
-        memory=round(sum(body.memory for body in bodies) * (SINGLE if scene.numerics.precision == "f32" else 1.0)),
+        memory=round(sum(body.memory for body in bodies) * single),
+        most_memory=round(sum(body.memory + body.more_memory for body in bodies) * single),
         disk=round(nodes * per_node + out.samples * 200 + 1e6),
         seconds=seconds,
         made=made or Made({}, {}),
@@ -236,7 +246,28 @@ def _part(one: Part, made: Made, scene: Scene) -> BodyPlan:
         to_come = _shell(particles_of(one.whole, scene), scene, (0, 0), "quad", 0.0, finest, (finest, finest), "").dt
         later = f"dt {show(plan.dt, 's')}, and {show(to_come, 's')} once there are particles, {show(split.spacing, 'm')} apart"
         plan = replace(plan, dt=min(plan.dt, to_come), note=f"{note}: {later}")
-    return plan
+    return _growing(plan, one.whole, split, scene) if own and one.whole.patch.grows else plan
+
+
+def _growing(plan: BodyPlan, shell: Shell, split: Split, scene: Scene) -> BodyPlan:
+    """The elements of a shell whose patch grows: from what it has now to where all elements have become particles that can. Nobody knows
+    before the run which do."""
+    now, able = split.counted(np.zeros(len(split.able), bool)) if split.patch.there else (len(split.nodes), 0), np.flatnonzero(split.able)
+    most = split.counted(split.able)
+    one = np.zeros(len(split.able), bool)
+    one[able[len(able) // 2 : len(able) // 2 + 1]] = True
+    place = sum(split.counted(one)) - sum(now)
+    made = particles_of(shell, scene)
+    of_particles = BYTES_PER_NODE[scene.numerics_of(made).formulation.kind, "quad"] + (
+        BENDING_BYTES_PER_NODE if shell.motion == "free" else 0
+    )
+    own = plan.memory / max(plan.nodes, 1)
+    more = (most[0] - now[0]) * own + (most[1] - now[1]) * of_particles
+    grows = (
+        f"particles take over where damage or a striker comes, which is not known before: {sum(now)} nodes at first, some {max(place, 0)} "
+        f"more for each place where they begin, and {sum(most)} where all {len(able)} elements that can have turned"
+    )
+    return replace(plan, note=f"{plan.note}; {grows}", more_nodes=sum(most) - sum(now), more_memory=max(more, 0.0))
 
 
 def _body(shell: Shell, mesh: SurfaceMesh, scene: Scene) -> BodyPlan:

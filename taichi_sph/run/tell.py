@@ -32,9 +32,11 @@ def tell_plan(scene: Scene, p: Plan, progress: Progress) -> None:
     n = scene.numerics
     progress.say(f"  {scene.formulations}, {n.precision}, duration {show(scene.duration, 's')}")
     memory = f"{bytes_text(p.memory)} ({bytes_text(p.memory / max(p.nodes, 1))} per node)"
-    progress.say(
-        f"  estimated: dt {show(p.dt, 's')}, {p.steps} steps, memory {memory}, disk {bytes_text(p.disk)}, {duration_text(p.seconds)}"
-    )
+    disk, seconds = bytes_text(p.disk), duration_text(p.seconds)
+    if p.most > 1.0:  # how far a patch grows is not known
+        memory = f"{bytes_text(p.memory)} to {bytes_text(p.most_memory)}"
+        disk, seconds = f"{disk} to {bytes_text(p.disk * p.most)}", f"{seconds} to {duration_text(p.seconds * p.most)}"
+    progress.say(f"  estimated: dt {show(p.dt, 's')}, {p.steps} steps, memory {memory}, disk {disk}, {seconds}")
 
 
 def parameters_text(scene: Scene | Study) -> str:

@@ -1,5 +1,7 @@
 """A patch that begins with no element (patch = "auto"): where damage comes, or a striker."""
 
+import io
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,8 @@ from taichi_sph.bodies.shell.parts import split_of
 from taichi_sph.couplings.arlequin.near import fastest_elastic
 from taichi_sph.errors import RunStopped, SceneError
 from taichi_sph.run.plan import plan
+from taichi_sph.run.progress import Progress, bytes_text
+from taichi_sph.run.tell import tell_plan
 from taichi_sph.scene import Box, Material, Meeting, Pinball, Plate, PrescribedVelocity, Rigid, Shell, load_scene, material
 from taichi_sph.world import growth
 
@@ -183,6 +187,24 @@ def test_the_plan_takes_the_step_of_the_particles_to_come():
     (body,) = auto.bodies
     assert auto.dt == pytest.approx(there.dt, rel=0.02) and auto.dt < 0.6 * there.bodies[0].dt
     assert "once there are particles, 33.33 mm apart" in body.note
+
+
+def test_the_plan_says_how_far_it_may_grow():
+    """From elements alone to all that can turn: the counts are those of the parts that are really made then."""
+    scene = still()
+    split = split_of(scene.shells[0], scene)
+    cells = split.wider(split.able)
+    patch = scene.shells[0].patch.model_copy(update={"cells": cells})
+    grown = scene.model_copy(update={"shells": (scene.shells[0].model_copy(update={"patch": patch}),)})
+    made = split_of(grown.shells[0], grown)
+    assert split.counted(split.able) == (len(made.nodes), len(made.fine.mesh.points))
+    p, full, text = plan(scene), plan(grown), io.StringIO()
+    assert p.nodes == len(split.whole.points) and p.nodes * p.most == pytest.approx(full.nodes)
+    assert p.memory < p.most_memory == pytest.approx(full.memory, rel=1e-6)
+    assert full.most == 1.0 and full.most_memory == full.memory
+    tell_plan(scene, p, Progress(text))
+    assert f"{p.nodes} nodes at first" in text.getvalue() and f"and {full.nodes} where all {split.able.sum()} elements" in text.getvalue()
+    assert f"memory {bytes_text(p.memory)} to {bytes_text(full.memory)}" in text.getvalue()
 
 
 def test_of_two_shells_the_more_damaged_one_is_told():

@@ -106,8 +106,8 @@ class FluidBody(Pool):
         self.walls = Walls(f"{name}.walls", walls)
         self.surroundings: Surroundings | None = None
         cut = bool((self.constants[:, columns.LEAST] > ANY).any())
-        riemann = self.fluids[0].dissipation == "riemann"
-        self.pairs = FluidPairs(p, self.near, self.walls, self.support, self.stiffens, cut, riemann)
+        riemann, mean = self.fluids[0].dissipation == "riemann", self.fluids[0].divergence == "mean"
+        self.pairs = FluidPairs(p, self.near, self.walls, self.support, self.stiffens, cut, riemann, mean)
         self.reducer = Reducer(p.n, f"{name}.reduce")
         self.compressed = self.injected = self.fallen_from = self.dt = 0.0
 

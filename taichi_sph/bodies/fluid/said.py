@@ -140,7 +140,8 @@ class Fluid(Body):
     from the start, the highest particle without pressure; with `pressure` all of it has so much more. `contact` with shells and rigid
     bodies: None by its pressure, with pinballs behind it (couplings/wetted/wetted.py), or by pinballs alone (T 3.3), whose plastic blows
     take energy. `every`: steps of the clock between two of the fluid. Other bodies feel its pressure as one blow for all of them
-    (docs/method.md); None: 1."""
+    (docs/method.md); None: 1. `divergence`: None, densities follow the divergence at the end of each step; "mean", that of both ends, so
+    that pressure does the work that is stored where bodies go fast through water (bodies/fluid/pairs.py)."""
 
     what: ClassVar[str] = "fluid"
     bounces: ClassVar[bool] = False
@@ -157,6 +158,7 @@ class Fluid(Body):
     finer: Annotated[tuple[Finer, ...], Field(min_length=1, max_length=3)] | None = None
     support: Annotated[Dimensionless, Field(ge=1.0, le=2.0)] = 1.165
     dissipation: Literal["riemann"] | None = None
+    divergence: Literal["mean"] | None = None
     alpha: Annotated[Dimensionless, Field(ge=0, le=3)] = 0.1
     beta: Annotated[Dimensionless, Field(ge=0, le=10)] = 0.0
     delta: Annotated[Dimensionless, Field(ge=0, le=0.5)] = 0.1
@@ -213,7 +215,15 @@ class Fluid(Body):
     def _stands_with(self, scene: Any, meets: Callable[[str, str], bool], others: list[Any]) -> tuple[Any, ...]:
         """What two fluids that meet have in common; others: the bodies that are no fluids."""
         touched = frozenset(body.name for body in others if meets(self.name, body.name))
-        return self.spacing or scene.numerics.spacing, self.dissipation, self.support, self.water.law.kind, self.every or 1, touched
+        return (
+            self.spacing or scene.numerics.spacing,
+            self.dissipation,
+            self.divergence,
+            self.support,
+            self.water.law.kind,
+            self.every or 1,
+            touched,
+        )
 
     def _beside(self, scene: Any, meets: Callable[[str, str], bool], others: list[Any], where: str, other: Fluid) -> None:
         """Two fluids that meet are one lattice of one law, of different density at most; others: the bodies that are no fluids."""
@@ -229,6 +239,8 @@ class Fluid(Body):
                 raise ValueError(f"meetings: '{body.name}' meets one of the fluids '{other.name}' and '{self.name}' alone{apart}")
         if self.dissipation != other.dissipation:
             raise ValueError(f"{where}.dissipation is not that of '{other.name}'{apart}")
+        if self.divergence != other.divergence:
+            raise ValueError(f"{where}.divergence is not that of '{other.name}'{apart}")
         if self.support != other.support:
             raise ValueError(f"{where}.support {self.support:g} is not that of '{other.name}', {other.support:g}{apart}")
         if self.water.law.kind != other.water.law.kind:

@@ -21,12 +21,13 @@ import numpy as np
 
 from ...errors import SceneError
 from ...geometry.mesh import SurfaceMesh, tangent_frames
+from ...geometry.parted import Parted, around, closed, corners_of, touching
 from ...geometry.regions import inside
 from ...geometry.subdivide import Subdivided, subdivided
 from ...geometry.surfaces import mesh_key, mesh_of
 from ...scene import Scene
 from ...scene.regions import Region
-from ...scene.units import show
+from .. import parted
 from .said import PARTICLES, Patch, Shell
 
 FEWEST, MOST = 2, 20  # particles along the side of an element
@@ -74,50 +75,22 @@ def meshed(one: Part, scene: Scene) -> tuple[Split | None, SurfaceMesh]:
 
 
 @dataclass(frozen=True, eq=False)
-class Split:
-    """A mesh and a patch in it: n particles along the side of an element; held, said, patched, overlap (M,) bool of the cells: those that
-    supports hold (of a patch that grows), those in the regions, with those that have grown, and around them; alpha (N,) of the nodes, 0 or
-    1."""
+class Split(Parted):
+    """A mesh and a patch in it, where rotary inertia, bounded shear and necks of both parts go by the spacing of the particles. held, said
+    (M,) bool of the cells: those that supports hold (of a patch that grows), those in the regions, which are patched with those that have
+    grown; alpha (N,) of the nodes, 0 or 1."""
 
     whole: SurfaceMesh
+    fine: Subdivided
     patch: Patch
-    n: int
     held: np.ndarray
     said: np.ndarray
-    patched: np.ndarray
-    overlap: np.ndarray
     alpha: np.ndarray
-    fine: Subdivided
-
-    @property
-    def spacing(self) -> float:
-        """D of the particles [m]: rotary inertia, bounded shear and necks of both parts go by it."""
-        return self.fine.mesh.spacing
-
-    @cached_property
-    def cells(self) -> np.ndarray:
-        """Numbers of the elements in the whole mesh."""
-        return np.flatnonzero(~self.patched)
-
-    @cached_property
-    def nodes(self) -> np.ndarray:
-        """Numbers of their nodes in the whole mesh."""
-        node = np.unique(self.whole.cells[self.cells])
-        return node[node >= 0]
-
-    @cached_property
-    def number(self) -> np.ndarray:
-        """(N,) number of a node of the whole mesh among those of the elements, -1: it is not there."""
-        found = np.full(len(self.whole.points), -1)
-        found[self.nodes] = np.arange(len(self.nodes))
-        return found
 
     @cached_property
     def elements(self) -> SurfaceMesh:
         """The elements alone."""
-        cells = self.whole.cells[self.cells]
-        cells = np.where(cells < 0, -1, self.number[cells]).astype(np.int32)
-        return SurfaceMesh(self.whole.points[self.nodes], cells, self.whole.spacing, self.whole.node_normals[self.nodes])
+        return SurfaceMesh(self.whole.points[self.nodes], self.numbered, self.whole.spacing, self.whole.node_normals[self.nodes])
 
     @cached_property
     def most(self) -> Subdivided:
@@ -135,30 +108,41 @@ class Split:
         """(M,) bool: elements with a node on a border of the mesh."""
         node = np.zeros(len(self.whole.points), bool)
         node[self.whole.edges.nodes[(self.whole.edges.sides < 0).any(axis=1)]] = True
-        return np.asarray(node[_corners(self.whole)].any(axis=1))
+        return np.asarray(node[corners_of(self.whole.cells)].any(axis=1))
 
     def wider(self, near: np.ndarray) -> tuple[int, ...]:
         """Numbers of elements that are particles beside those of the regions once the patch holds `near` (M,) bool and two elements around
         them, of those that can. Patches whose overlaps would touch become one. Some elements must stay. Where that would take all of them,
         those at the borders stay that are none yet, or fewer around `near` go with it; all are left to go where neither helps."""
-        corner = _corners(self.whole)
-        around = [near]
+        corner = corners_of(self.whole.cells)
+        rings = [near]
         for _ in range(AHEAD):
-            around.append(_around(corner, around[-1]))
-        patched = self._merged(around[-1] & self.able)
+            rings.append(around(corner, rings[-1]))
+        patched = self._merged(rings[-1] & self.able)
         if patched.all():
-            within = [self._merged(self.able & ~self.rim), *(self._merged(wide & self.able) for wide in around[-2::-1])]
+            within = [self._merged(self.able & ~self.rim), *(self._merged(wide & self.able) for wide in rings[-2::-1])]
             patched = next((few for few in within if not few.all() and few.any()), patched)
         return tuple(np.flatnonzero(patched & ~self.said).tolist())
 
+    def counted(self, more: np.ndarray) -> tuple[int, int]:
+        """Numbers of nodes of the elements and of particles once the patch holds the cells `more` (M,) and those around them as well, if
+        they can (`wider`)."""
+        patched = self.said.copy()
+        patched[list(self.wider(more))] = True
+        both = around(corners_of(self.whole.cells), patched)
+        edges = np.unique(self.whole.edges.cell_edges[both])
+        corners, rest = np.unique(self.whole.cells[both]), np.unique(self.whole.cells[~patched])
+        particles = (corners >= 0).sum() + (self.n - 1) * (edges >= 0).sum() + (self.n - 1) ** 2 * both.sum()
+        return int((rest >= 0).sum()), int(particles)
+
     def _merged(self, more: np.ndarray) -> np.ndarray:
         """(M,) bool: the patch with `more` (M,), and with what lies between overlaps that would touch."""
-        corner, patched = _corners(self.whole), self.patched | more
+        corner, patched = corners_of(self.whole.cells), self.patched | more
         while True:
-            patched = _closed(patched, corner)
-            overlap = _around(corner, patched) & ~patched
+            patched = closed(patched, corner)
+            overlap = around(corner, patched) & ~patched
             node = np.zeros(len(self.whole.points), bool)
-            node[_touching(self.whole, corner, patched, overlap)] = True
+            node[touching(len(self.whole.points), corner, patched, overlap)] = True
             between = overlap & self.able & node[corner].any(axis=1)
             if not between.any():
                 return patched
@@ -233,7 +217,9 @@ def split_of(shell: Shell, scene: Scene) -> Split:
     split = _SPLITS.get(key)
     if split is None:
         split = _SPLITS[key] = _split(shell, scene, regions)
-    _supports(scene, shell, split)
+    if split.patched.any():
+        tied = np.unique(split.whole.cells[split.overlap]), np.flatnonzero(split.fine.tied)
+        parted.held(scene, shell.name, f"shell '{shell.name}'", split, tied)
     return split
 
 
@@ -241,27 +227,18 @@ def _split(shell: Shell, scene: Scene, regions: Sequence[Region | None]) -> Spli
     """regions: where supports hold the shell."""
     mesh, patch, where = mesh_of(shell, scene), shell.patch, f"{scene.key_of(shell)}.patch"
     assert patch is not None
-    patched = np.zeros(len(mesh.cells), bool)
-    for number, region in enumerate(patch.where):
-        caught = inside(region, mesh.centres)
-        if not caught.any():
-            low, high = (", ".join(show(x, "m") for x in f(mesh.centres, axis=0)) for f in (np.min, np.max))
-            raise SceneError(
-                f"{where}.where[{number}] lies off the mesh: it holds the middle of no element of shell '{shell.name}', which are "
-                f"{show(mesh.spacing, 'm')} wide and reach from ({low}) to ({high})"
-            )
-        patched |= caught
-    corner = _corners(mesh)
+    patched = parted.caught(patch.where, mesh.centres, mesh.spacing, f"shell '{shell.name}'", where)
+    corner = corners_of(mesh.cells)
     held = np.zeros(len(mesh.points), bool)
     for support in regions:
         held |= inside(support, mesh.points) if support is not None else True
-    said = patched = _closed(patched, corner)
+    said = patched = closed(patched, corner)
     if patch.cells:
         if max(patch.cells) >= len(mesh.cells):
             raise SceneError(f"{where}.cells: shell '{shell.name}' has {len(mesh.cells)} elements, and {max(patch.cells)} is none of them")
         patched = patched.copy()
         patched[list(patch.cells)] = True
-        patched = _closed(patched, corner)
+        patched = closed(patched, corner)
     if patched.all() and patch.cells:
         raise SceneError(
             f"{where}: all elements of shell '{shell.name}' would become particles, and none would be left; set its formulation "
@@ -269,7 +246,7 @@ def _split(shell: Shell, scene: Scene, regions: Sequence[Region | None]) -> Spli
         )
     if patched.all():
         raise SceneError(f"{where} takes all elements of shell '{shell.name}'; leave the patch out and set its formulation to 'galerkin'")
-    overlap = _around(corner, patched) & ~patched
+    overlap = around(corner, patched) & ~patched
     both = np.flatnonzero(patched | overlap)
     able = _able(mesh, held[corner].any(axis=1)) if patch.grows else patched
     if not patch.where and not able.any():
@@ -280,65 +257,35 @@ def _split(shell: Shell, scene: Scene, regions: Sequence[Region | None]) -> Spli
     if (mesh.cells[both, 3] < 0).any():
         bad = mesh.centres[both[mesh.cells[both, 3] < 0][0]]
         raise SceneError(
-            f"{where}: the element at ({', '.join(show(x, 'm') for x in bad)}) is a triangle, and only quadrangles can be divided; "
+            f"{where}: the element at ({parted.at(bad)}) is a triangle, and only quadrangles can be divided; "
             "mesh the patch and one element around it with quadrangles, or move it"
         )
-    _apart(mesh, corner, patched, overlap, where)
+    parted.apart(mesh.points, corner, patched, overlap, where)
     # of a patch that grows: where it begins, for n must stay
-    begins = _around(corner, said) if patch.where else able
+    begins = around(corner, said) if patch.where else able
     size = float(np.sqrt(mesh.areas[begins if patch.grows else both].mean()))
-    apart = patch.apart(size)
-    n = round(size / apart)
-    if not FEWEST <= n <= MOST:
-        limit = f"may be at most {MOST} times" if n > MOST else f"must be at least {FEWEST} times"
-        change = "refine the mesh there, or raise the patch's spacing" if n > MOST else "lower the patch's spacing"
-        raise SceneError(
-            f"{where}.spacing {show(apart, 'm')}: the elements there are {show(size, 'm')} wide, and {limit} as wide; {change}"
-        )
+    n = parted.along(size, patch.apart(size), FEWEST, MOST, where)
     lean = _leans(mesh)[both]
     if lean.min(initial=1.0) < SHARPEST:
         bad = mesh.centres[both[lean.argmin()]]
         raise SceneError(
-            f"{where}: at ({', '.join(show(x, 'm') for x in bad)}) the surface turns by more than 25 degrees over half an element, and no "
+            f"{where}: at ({parted.at(bad)}) the surface turns by more than 25 degrees over half an element, and no "
             "particles can follow it; refine the mesh there, or keep the patch two elements away from the edge"
         )
     alpha = np.zeros(len(mesh.points))
     alpha[corner[patched]] = 1.0
     fine = subdivided(mesh, both, n, ~said[both])  # what has grown stays where its elements were
-    return Split(mesh, patch, n, held[corner].any(axis=1), said, patched, overlap, alpha, _moved(fine, patch))
-
-
-def _corners(mesh: SurfaceMesh) -> np.ndarray:
-    """(M, 4) nodes of the cells; a triangle has its first one twice."""
-    return np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)
-
-
-def _around(corner: np.ndarray, chosen: np.ndarray) -> np.ndarray:
-    """(M,) bool: the cells that are chosen, and all that share a node with them."""
-    node = np.zeros(corner.max() + 1, bool)
-    node[corner[chosen]] = True
-    return np.asarray(node[corner].any(axis=1))
+    return Split(mesh, n, patched, overlap, _moved(fine, patch), patch, held[corner].any(axis=1), said, alpha)
 
 
 def _able(mesh: SurfaceMesh, held: np.ndarray) -> np.ndarray:
     """(M,) bool: elements beside none that cannot be divided or that is `held` (M,)."""
-    return ~_around(_corners(mesh), (mesh.cells[:, 3] < 0) | (_leans(mesh) < SHARPEST) | held)
+    return ~around(corners_of(mesh.cells), (mesh.cells[:, 3] < 0) | (_leans(mesh) < SHARPEST) | held)
 
 
 def _leans(mesh: SurfaceMesh) -> np.ndarray:
     """(M,) the least cosine between the middle of a cell and its corners."""
-    return np.abs(np.einsum("mi,mki->mk", mesh.frames[:, 2], mesh.node_normals[_corners(mesh)])).min(axis=1)
-
-
-def _closed(patched: np.ndarray, corner: np.ndarray) -> np.ndarray:
-    """(M,) bool: with elements between two of them."""
-    while True:
-        node = np.zeros(corner.max() + 1, bool)
-        node[corner[patched]] = True
-        grown = patched | node[corner].all(axis=1)
-        if (grown == patched).all():
-            return patched
-        patched = grown
+    return np.abs(np.einsum("mi,mki->mk", mesh.frames[:, 2], mesh.node_normals[corners_of(mesh.cells)])).min(axis=1)
 
 
 def _moved(fine: Subdivided, patch: Patch) -> Subdivided:
@@ -351,52 +298,3 @@ def _moved(fine: Subdivided, patch: Patch) -> Subdivided:
     step = np.random.default_rng(0).uniform(-1.0, 1.0, (len(mesh.points), 2)) * (patch.irregularity * mesh.spacing)
     move = np.einsum("na,nai->ni", step, tangent_frames(mesh.node_normals)[:, :2])
     return replace(fine, mesh=replace(mesh, points=mesh.points + np.where(fixed[:, None], 0.0, move)))
-
-
-def _apart(mesh: SurfaceMesh, corner: np.ndarray, patched: np.ndarray, overlap: np.ndarray, where: str) -> None:
-    """SceneError where the overlaps of two patches share a node: an element there would be weighed twice."""
-    bad = _touching(mesh, corner, patched, overlap)
-    if len(bad):
-        at = ", ".join(show(x, "m") for x in mesh.points[bad[0]])
-        raise SceneError(
-            f"{where}.where: the overlaps of two patches touch at ({at}); keep at least three elements between patches, or let them be one"
-        )
-
-
-def _touching(mesh: SurfaceMesh, corner: np.ndarray, patched: np.ndarray, overlap: np.ndarray) -> np.ndarray:
-    """Numbers of nodes that the overlaps of two patches share."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    n = len(mesh.points)
-    cells = corner[patched]
-    ends = np.repeat(cells[:, :1], 4, axis=1)
-    _, label = connected_components(coo_array((np.ones(cells.size), (ends.ravel(), cells.ravel())), shape=(n, n)), directed=False)
-    own = np.full(n, -1)
-    own[cells] = label[cells]
-    around = corner[overlap]
-    first, last = np.where(own[around] < 0, n, own[around]).min(axis=1), own[around].max(axis=1)
-    low, high = np.full(n, n), np.full(n, -1)
-    np.minimum.at(low, around.ravel(), np.repeat(first, 4))
-    np.maximum.at(high, around.ravel(), np.repeat(last, 4))
-    return np.flatnonzero((high >= 0) & (low != high))
-
-
-def _supports(scene: Scene, shell: Shell, split: Split) -> None:
-    """SceneError where a prescribed motion holds what is tied, or both parts."""
-    if not split.patched.any():
-        return
-    for number, motion in enumerate(scene.motions):
-        if motion.body != shell.name:
-            continue
-        tied = np.unique(split.whole.cells[split.overlap])
-        fine = split.fine.mesh.points
-        held = inside(motion.where, split.whole.points[tied]).sum() + inside(motion.where, fine[split.fine.tied]).sum()
-        where = f"motions[{number}].where"
-        if held:
-            raise SceneError(
-                f"{where} holds {held} nodes of the overlap around a patch of shell '{shell.name}', which are tied; move the patch one "
-                "element away from the support, or let it include the support by an element or more"
-            )
-        if inside(motion.where, split.elements.points).any() and inside(motion.where, fine).any():
-            raise SceneError(f"{where} holds elements and particles of shell '{shell.name}'; say it twice, with a region for each")

@@ -20,6 +20,9 @@ direction of w_i, and T_i multiplies what lies across n by 1/gamma_i.
 gamma_i is the part of the kernel that lies in the fluid. Without T half of the divergence of a flow that turns along a wall would be
 missing, and such a flow would press its own layer together.
 
+With `divergence` "mean" of the fluid (bodies/fluid/pairs.py) w_k . (v_i - v_k) of the density is the mean of w_k now and where the two
+were before, x_i - x_k - dt (v_i - v_k); viscosity keeps that of now.
+
 Force and divergence are each other's transpose. So pressure does exactly the work on particle and surface that the density stores, and a
 blow loses no energy. (Blows between pinballs do lose some.) In a fluid at one pressure the layers at D/2, 3D/2 ... bear the wall with 0.995
 p (h/D = 1.165).
@@ -80,7 +83,7 @@ class Wetted(Pool):
         self.even, self.one_half = len(halves) == 1, halves[0] if halves else 0.0  # one thickness of all is a constant of the kernels
         self.points = SurfacePoints(f"{name}.points", n, fluid.origin)
         particles, new = self.p.n, self.field
-        self.s = Surroundings(f"{name}.surroundings", particles, self.see, min(surface.lightest for surface in surfaces))
+        self.s = Surroundings(f"{name}.surroundings", particles, self.see, min(surface.lightest for surface in surfaces), fluid.pairs.mean)
         self.share = new("share", particles, doc="part of the w of solid surfaces that thin ones do not cover")
         self.built = new("built", n, 3, "f64", unit="m", keeps=True, doc="places of the points when the lists were made")
         self.built_particles = new("built_particles", particles, 3, "f64", unit="m", keeps=True, doc="places of the particles then")
@@ -90,6 +93,7 @@ class Wetted(Pool):
         self.shortest = max(halves, default=0.0) + self.skin
         self.reach = 1.03 * 2.0 * fluid.support * self.p.spacing + self.shortest
         self.fine = self.p.spacing / self.p.finest
+        self.mean = fluid.pairs.mean
         self._lay(0.0)
         self.grid = CellGrid(f"{name}.grid", self.built, n, self.reach)
         self.room = 0
@@ -106,7 +110,7 @@ class Wetted(Pool):
         self._lay(since)
         if renumbered or _travelled(self, self.p.n, self.n) > self.skin:
             self.relist()
-        _face(self, self.point, self.p.n, self.fluid.inverse, self.p.spacing)
+        _face(self, self.point, self.p.n, self.fluid.inverse, self.p.spacing, self.fluid.dt)
 
     def bear(self, times: int = 1) -> None:
         """The forces of the particles, once their `stress` is known, onto all surfaces, as one blow of so many steps; times 0: there is
@@ -340,7 +344,7 @@ def even(q):
 
 @runtime.in_any_order
 @ti.kernel
-def _face(t: ti.template(), point: ti.template(), n: ti.i32, inverse_0: float, spacing: float):
+def _face(t: ti.template(), point: ti.template(), n: ti.i32, inverse_0: float, spacing: float, back: float):
     for i in range(n):
         if t.s.start[i + 1] > t.s.start[i]:
             D = t.p.pair[i][3]
@@ -348,6 +352,7 @@ def _face(t: ti.template(), point: ti.template(), n: ti.i32, inverse_0: float, s
             v = ti.Vector([t.p.pair[i][4], t.p.pair[i][5], t.p.pair[i][6]])
             thin, solid = x * 0.0, x * 0.0
             closing, closing_solid, sizes, heights = D * 0.0, D * 0.0, D * 0.0, D * 0.0
+            sweeping, sweeping_solid = D * 0.0, D * 0.0
             inverse = inverse_0 * spacing / D
             steep = inverse / (FADE * inverse_0 * spacing)
             found, count = t.images(i, inverse, spacing)
@@ -359,7 +364,12 @@ def _face(t: ti.template(), point: ti.template(), n: ti.i32, inverse_0: float, s
                     size, normal, away, height = t.facet(k, seen, steep)
                     size *= whole * w2(away, inverse)
                     w = size * normal
-                    nearing = w.dot(moving - t.points.velocity(k))
+                    past = moving - t.points.velocity(k)
+                    nearing = w.dot(past)
+                    swept = nearing
+                    if ti.static(t.mean):
+                        size_before, _, away_before, _ = t.facet(k, seen - back * past, steep)
+                        swept = 0.5 * nearing + 0.5 * size_before * whole * w2(away_before, inverse) * normal.dot(past)
                     w = t.reflected(found, image, w)
                     sizes += ti.abs(size)
                     heights += ti.abs(size) * height
@@ -368,8 +378,10 @@ def _face(t: ti.template(), point: ti.template(), n: ti.i32, inverse_0: float, s
                         part = ti.select(t.points.thin(k), 1.0, 0.0)
                         thin += part * w
                         closing += part * nearing
+                        sweeping += part * swept
                     solid += (1.0 - part) * w
                     closing_solid += (1.0 - part) * nearing
+                    sweeping_solid += (1.0 - part) * swept
             share = D * 0.0 + 1.0
             square = solid.norm_sqr()
             if square > 0.0:
@@ -377,6 +389,8 @@ def _face(t: ti.template(), point: ti.template(), n: ti.i32, inverse_0: float, s
             t.share[i] = share
             w = thin + share * solid
             t.s.met[i] = ti.Vector([w[0], w[1], w[2], closing + share * closing_solid])
+            if ti.static(t.mean):
+                t.s.swept[i] = sweeping + share * sweeping_solid
             size = w.norm()
             missing = beyond(size / (FULL * inverse))
             if missing > 1e-4:

@@ -1,10 +1,6 @@
 """A solid in two parts that overlap: which cells are elements, which are particles, what each counts. NumPy only.
 
-    patched     hexahedra that are particles alone
-    overlap     those around them, one wide: both, each counts one half
-    the rest    elements alone
-
-Particles of both are the nodes of their hexahedra, divided n x n x n.
+What is patched and overlaps are hexahedra (geometry/parted.py), divided n x n x n.
 """
 
 from __future__ import annotations
@@ -14,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..parted import Parted
 from .mesh import CORNERS, SolidMesh
 from .subdivide import Subdivided
 
@@ -22,43 +19,16 @@ SIDES = {(axis, side): np.flatnonzero(CORNERS[:, axis] == side) for axis in rang
 
 
 @dataclass(frozen=True, eq=False)
-class Split:
-    """whole: the mesh; n: particles along the edge of an element; patched, overlap (M,) bool of its cells; fine: the particles."""
+class Split(Parted):
+    """In the overlap each part counts one half."""
 
     whole: SolidMesh
-    n: int
-    patched: np.ndarray
-    overlap: np.ndarray
     fine: Subdivided
-
-    @property
-    def spacing(self) -> float:
-        """Of the particles [m]."""
-        return self.fine.mesh.spacing
-
-    @cached_property
-    def cells(self) -> np.ndarray:
-        """Numbers of the elements in the whole mesh."""
-        return np.flatnonzero(~self.patched)
-
-    @cached_property
-    def nodes(self) -> np.ndarray:
-        """Numbers of their nodes in the whole mesh."""
-        node = np.unique(self.whole.cells[self.cells])
-        return node[node >= 0]
-
-    @cached_property
-    def number(self) -> np.ndarray:
-        """(N,) number of a node of the whole mesh among those of the elements, -1: it is not there."""
-        found = np.full(len(self.whole.points), -1)
-        found[self.nodes] = np.arange(len(self.nodes))
-        return found
 
     @cached_property
     def elements(self) -> SolidMesh:
         """The elements alone."""
-        cells = self.whole.cells[self.cells]
-        return SolidMesh(self.whole.points[self.nodes], np.where(cells < 0, -1, self.number[cells]).astype(np.int32))
+        return SolidMesh(self.whole.points[self.nodes], self.numbered)
 
     @cached_property
     def of_elements(self) -> np.ndarray:
