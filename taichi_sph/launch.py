@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import operator
+import time as clock
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -24,6 +25,17 @@ else:
 
 
 VALUES = (int, float, str, tuple, list, dict, set)  # templates by their value: another object may be the same template
+
+
+class Spent:
+    """What the first launches of kernels took, which compile them or load what was compiled [s]."""
+
+    seconds = 0.0
+
+
+def working() -> float:
+    """A clock [s] that stands still while kernels are compiled or loaded."""
+    return clock.perf_counter() - Spent.seconds
 
 
 class Known(NamedTuple):
@@ -87,7 +99,9 @@ def _quick(slow: Callable[..., Any]) -> Callable[..., Any]:
         if known is not None and not impl._root_fb.empty:  # fields without a place: Taichi lays them out, and what waits is written
             return slow(self, *args)
         if known is None:
+            began = clock.perf_counter()
             given = slow(self, *args)
+            Spent.seconds += clock.perf_counter() - began
             templates = tuple(args[place] for place in takes.templates)
             if not self.has_print and not any(isinstance(template, VALUES) for template in templates):
                 kernel, program = self.compiled_kernels[self.ensure_compiled(*args)], impl.get_runtime().prog

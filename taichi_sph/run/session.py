@@ -310,11 +310,13 @@ class _Session:
             target = min(duration, self.sample.next_time, self.picture.next_time, self.save.next_time)
             # a smaller target only returns earlier, it never changes a step
             target = min(target, sim.time + beat_steps * sim.dt)
-            before, worked, steps = clock.monotonic(), clock.process_time(), sim.step
+            before, worked, steps, compiled = clock.monotonic(), clock.process_time(), sim.step, sim.compile_seconds
             sim.advance_to(target)
             spent = clock.monotonic() - before
-            self.clocks.advance += spent
-            self.clocks.processor += clock.process_time() - worked
+            compiled = sim.compile_seconds - compiled  # what is met on the way, a rupture, is compiled then
+            self.clocks.compile += compiled
+            self.clocks.advance += spent - compiled
+            self.clocks.processor += clock.process_time() - worked - compiled
             if spent > 0 and sim.step > steps:
                 beat_steps = max(1, min(4 * beat_steps, int((sim.step - steps) / spent * BEAT)))
             self._events()

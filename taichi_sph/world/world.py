@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import runtime
+from .. import launch, runtime
 from ..bodies import kinds as body_kinds
 from ..bodies.body import Entries, Now, common_schedule, holding
 from ..couplings import kinds as coupling_kinds
@@ -41,19 +41,19 @@ class Clock(Pool):
 class World:
     """Starts Taichi, builds the scene, and advances it.
 
-    time [s], step, dt [s] of its clock, and `dt_rule` (what sets dt); groups and couplings; bytes of fields, compile_seconds until the
-    first step could run.
+    time [s], step, dt [s] of its clock, and `dt_rule` (what sets dt); groups and couplings; bytes of fields; compile_seconds until the
+    first step could run, and of the kernels that are met on the way.
     """
 
     def __init__(self, scene: Scene, arch: str = "cpu", threads: int | None = None):
         self._how = arch, scene.numerics.precision, threads
-        self.stepping = 0.0  # s of wall clock in steps
-        self.compile_seconds = 0.0
+        self.stepping = 0.0  # s of wall clock in steps, without what compiles
+        began = clock.perf_counter()
         self.build(scene)
+        self.compile_seconds = clock.perf_counter() - began
 
     def build(self, scene: Scene) -> None:
         """All bodies of a scene at t = 0. What was there before is lost."""
-        began = clock.perf_counter()
         runtime.start(*self._how)
         self.scene = scene
         self.clock = Clock()
@@ -82,7 +82,6 @@ class World:
         for group in self.groups:
             group.strain(Now())  # so that the first step finds its kernels ready
         runtime.ti.sync()
-        self.compile_seconds += clock.perf_counter() - began
 
     def _followed(self, probe: Probe) -> tuple[Any, int]:
         """The group and the number in it of what a probe follows; of a body in parts the nearest one."""
@@ -244,7 +243,7 @@ class World:
                     self.time = before  # the increment is not done
                     raise
             return
-        began = clock.perf_counter()
+        began, compiled = launch.working(), launch.Spent.seconds
         for _ in range(steps):
             self.take(self.clock.dt_before, self.dt)
             if self.step == 0:
@@ -261,7 +260,8 @@ class World:
                 growth.grow(self, wanted)
             if self.clock.refit and self.step % self.every == 0:
                 self._fit_dt()
-        self.stepping += clock.perf_counter() - began
+        self.compile_seconds += launch.Spent.seconds - compiled
+        self.stepping += launch.working() - began
         self.look()
 
     def _wanted(self) -> dict[str, tuple[int, ...]]:

@@ -28,11 +28,10 @@ another one far away.
 """
 
 import math
-import time as clock
 
 import numpy as np
 
-from ... import runtime
+from ... import launch, runtime
 from ...bodies.body import Now
 from ...bodies.surface import Surface
 from ...errors import RunStopped, SceneError
@@ -146,7 +145,7 @@ class Contact(Pool):
     def add(self, now: Now, common: int, books: bool = True) -> None:
         """Forces of contact at the present time, once all others are known. common: steps after which all groups are due together; books:
         nothing else changes the velocities to come, and the work is known."""
-        began = clock.perf_counter()
+        began = launch.working()
         port, pairs = self.port, self.pairs
         step = now.step % common
         port.look()
@@ -168,18 +167,18 @@ class Contact(Pool):
             if self.acts:
                 self._solve()
                 port.take(pairs.bounds, now)
-        self.seconds += clock.perf_counter() - began
+        self.seconds += launch.working() - began
         if books:
             self.book(now)
 
     def book(self, now: Now, anew: bool = False) -> None:
         """The work of contact. anew: by the velocities to come as they are now, for impulses came after those of contact."""
-        began = clock.perf_counter()
+        began = launch.working()
         if anew and self.acts:
             self.port.offer(self.pairs.bounds, now)
             _met(self)
         self.touching = _book(self, self.blocks, now.dt_before, now.dt, 1.0 / now.kick, self.acts)
-        self.seconds += clock.perf_counter() - began
+        self.seconds += launch.working() - began
 
     def _forget(self, surface: Surface) -> None:
         """What the bodies of a group may touch is searched for in this step."""
