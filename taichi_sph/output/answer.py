@@ -191,14 +191,14 @@ def _rupture(run: RunFolder, shell: Shell) -> tuple[str, bool]:
     lengths = fragments.crack_lengths(body)
     parts = []
     for number, hole in enumerate(found[:3]):
-        text = f"a hole of {quantity_text(hole.diameter, 'm')}"
+        text = f"a hole of {quantity_text(hole.diameter, 'm')} (what is missing of the sheet)"
         parts.append(text if number == 0 else f"another of {quantity_text(hole.diameter, 'm')} at {quantity_text(hole.time, 's')}")
     torn = fragments.radial_cracks(body, fragments.struck_at(run, body))
     wide = max((hole.diameter for hole in found), default=0.0)
+    if len(lengths) and lengths[0] > 3 * math.pi * max(wide, fragments.node_spacing(body.reference, body.cells)):
+        parts.append(f"a crack {quantity_text(float(lengths[0]), 'm')} long, open by {quantity_text(fragments.widest(body), 'm')}")
     if torn > 2:
         parts.append(f"{count(torn)} petals")
-    elif len(lengths) and lengths[0] > 3 * math.pi * max(wide, fragments.node_spacing(body.reference, body.cells)):
-        parts.append(f"a crack {quantity_text(float(lengths[0]), 'm')} long, open by {quantity_text(fragments.widest(body), 'm')}")
     if not f.held.any():
         whole = int(np.count_nonzero(f.nodes >= 2))
         mass = quantity_text(fragments.mass_of(f, shell, 0), "kg")
