@@ -141,6 +141,7 @@ def run(
             clocks = Clocks(command=command or f"taichi-sph run {out / SCENE_FILE}", threads=threads or os.cpu_count() or 1)
             sim = _simulation(scene, arch, threads, progress, simulation)
             clocks.compile = sim.compile_seconds
+            _check_histories(scene, sim)
             _clear(out)
             with files.whole(out / SCENE_FILE) as file:
                 file.write(dump(scene))
@@ -201,6 +202,20 @@ def resume(
                     file.write(dump(changed))
             session.compute()
         return session.finish(pictures)
+
+
+def _check_histories(scene: Scene, sim: WorldLike) -> None:
+    """SceneError where a quantity reads a history, or a column of one, that the run will not write."""
+    written = {"energies": set(sim.energies()), "progress": {"time", "step", "dt", *sim.status()}}
+    written |= {f"probe_{name}": {"time", *values} for name, values in (sim.probes() if scene.output.probes else {}).items()}
+    written |= {name: {"time", *units} for name, units in sim.track_units().items()}
+    for quantity in scene.quantities:
+        history, column = (str(quantity.options.get(key, "")) for key in ("history", "column"))
+        what = f"quantity '{quantity.name}'"
+        if history and history not in written:
+            raise SceneError(f"{what}: this run writes no history '{history}'{nearest(history, written)}")
+        if history and column and column not in written[history]:
+            raise SceneError(f"{what}: the history '{history}' has no column '{column}'{nearest(column, written[history])}")
 
 
 def _may_change(scene: Scene, settings: Mapping[str, Any]) -> None:

@@ -228,3 +228,18 @@ def test_validate_tells_the_values_that_will_be_run_and_no_others(call, work, fa
     code, out, err = call("validate", "some.py", "--set", "width=7")
     assert (code, err) == (0, "") and "width = 7, kind = plain" in out.splitlines()[0]
     assert "--set takes width, kind, any key such as numerics.spacing" in out and "20" not in out.partition("takes")[2]
+
+
+@pytest.mark.parametrize(
+    "options, said",
+    [
+        ({"history": "energie", "column": "kinetic"}, "this run writes no history 'energie'; did you mean 'energies'"),
+        ({"history": "energies", "column": "kinetik"}, "the history 'energies' has no column 'kinetik'; did you mean 'kinetic'"),
+    ],
+)
+def test_what_a_quantity_reads_is_known_before_the_first_step(call, work, fake, scene_file, options, said):
+    scene = json.loads((work / "small.json").read_text())
+    scene["quantities"] = [{"name": "history_mean", "options": options}]
+    (work / "small.json").write_text(json.dumps(scene))
+    code, _, err = call("run", "small.json", "--out", "r", *QUIET)
+    assert code == 2 and said in err and err.count("\n") == 1 and not (work / "r/record.json").exists()
