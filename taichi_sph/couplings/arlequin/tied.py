@@ -95,7 +95,7 @@ class Tied(Coupling):
 
     def correct(self, now: Now) -> None:
         began = perf_counter()
-        self.tie.act(self.groups, now.kick)
+        self.tie.act(self.groups, now.kick, now.dt_before > 0.0)
         self.seconds += perf_counter() - began
 
     def rates(self) -> list[tuple[np.ndarray, np.ndarray]]:
