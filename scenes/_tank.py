@@ -63,12 +63,12 @@ def tank_of_elements(necks: bool, spacing: float, grows: bool = False, filled: b
     return made.model_copy(update={"patch": patch})
 
 
-def bullet(velocity: float, name: str = "bullet", y: float = 0.0) -> Rigid:
-    """The bullet just before the front, at half the height."""
+def bullet(velocity: float, name: str = "bullet", y: float = 0.0, up: float = 0.0) -> Rigid:
+    """The bullet just before the front, `up` [m] above half the height."""
     if velocity < 0.0:
         raise ValueError(f"velocity = {velocity:g} m/s: the bullet would fly away from the tank; give its speed")
     front = RADIUS + 0.5 * THICKNESS + BULLET + 0.1e-3
-    balls = [Pinball(centre=(front + LENGTH * k / (PINBALLS - 1), y, HEIGHT / 2), radius=BULLET) for k in range(PINBALLS)]
+    balls = [Pinball(centre=(front + LENGTH * k / (PINBALLS - 1), y, HEIGHT / 2 + up), radius=BULLET) for k in range(PINBALLS)]
     return Rigid(name=name, mass=MASS, pinballs=balls, velocity=(-velocity, 0, 0))
 
 

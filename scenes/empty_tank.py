@@ -5,7 +5,8 @@ Measured (Timm 2003): about 688 m/s after the front wall,
 640 m/s after the back by equal loss of energy; T: 673 and 621 m/s, B -6.1 %.
 `coupled`: finite elements with one point, and particles within 80 mm of the two holes (T 4.6.1: 584 m/s, 4.65 times cheaper); with
 `grows` fewer at first, and more where damage comes near; "auto": none before the bullet or damage comes near. `metal`: the bullet is a
-solid that yields (T fig. 3.11: it was much deformed; T has it rigid), of mild or of hard steel.
+solid that yields (T fig. 3.11: it was much deformed; T has it rigid), of mild or of hard steel. `across`, `up`: the bullet flies so many
+spacings beside the middle, which shows what the place on the lattice decides.
 
     python scenes/empty_tank.py --quality paper --out DIR
 """
@@ -14,7 +15,7 @@ from typing import Literal
 
 from _tank import bullet, metal_bullet, supports, tank, tank_of_elements
 
-from taichi_sph.scene import Numerics, Output, Quality, Quantity, Scene, Speed
+from taichi_sph.scene import Dimensionless, Numerics, Output, Quality, Quantity, Scene, Speed
 
 SPACING = {"draft": 10e-3, "standard": 6e-3, "paper": 4.18e-3}  # m; 41 666 nodes for paper, T has 43 006
 ACROSS = {"draft": 3, "standard": 5, "paper": 6}  # cells over the radius of a bullet of metal
@@ -27,7 +28,13 @@ def scene(
     coupled: bool | Literal["auto"] = False,
     grows: bool = False,
     metal: Literal["none", "mild", "hard"] = "none",
+    across: Dimensionless = 0.0,
+    up: Dimensionless = 0.0,
 ) -> Scene:
+    if not max(abs(across), abs(up)) <= 1.0:
+        raise ValueError(f"across = {across:g}, up = {up:g}: spacings from the middle, each from -1 to 1")
+    if metal != "none" and (across or up):
+        raise ValueError(f"across = {across:g}, up = {up:g}: the bullet of metal flies along the middle; leave them or metal out")
     if grows and coupled is not True:
         raise ValueError("grows = True: it is the patch of elements and particles that grows; set coupled = True as well, or 'auto' alone")
     d = SPACING[quality]
@@ -39,7 +46,7 @@ def scene(
         title=f"Bullet through an empty tank, {velocity:g} m/s{', elements and particles' if coupled else ''}",
         source="T 3.4; experiments of Timm 2003",
         shells=[tank_of_elements(necks, d, grows, auto=coupled == "auto") if coupled else tank(necks)],
-        rigids=[] if solid else [bullet(velocity)],
+        rigids=[] if solid else [bullet(velocity, y=across * d, up=up * d)],
         solids=[solid] if solid else [],
         initial=[thrown] if thrown else [],
         motions=supports(d),

@@ -31,6 +31,8 @@ SCENES = Path(__file__).parents[2] / "scenes"
         ("arlequin_bending", {"slenderness": "0.01"}, "form = 'all' chooses slenderness, weight and directors by itself"),
         ("arlequin_bending", {"directors": "false"}, "form = 'all' chooses slenderness, weight and directors by itself"),
         ("arlequin_bending", {"form": "elements", "particles": "3"}, "form = 'elements' has no particles"),
+        ("empty_tank", {"up": "2"}, "spacings from the middle, each from -1 to 1"),
+        ("empty_tank", {"up": "0.5", "metal": "mild"}, "leave them or metal out"),
         ("tank_leak", {"coupled": "auto", "grows": "true"}, "set coupled = True as well, or 'auto' alone"),
     ],
 )
@@ -43,6 +45,13 @@ def test_the_width_of_a_pulse_is_taken():
     made = load_scene(SCENES / "arlequin_bar.py", {"form": "coupled", "particles": "2", "width": "1 mm"})
     assert isinstance(made, Scene) and made.initial[0].pulse.width == 1e-3
     assert made.solids[0].patch.spacing == 0.5e-3
+
+
+def test_a_bullet_flies_beside_the_middle():
+    middle, moved = (load_scene(SCENES / "empty_tank.py", said) for said in ({}, {"across": "0.5", "up": "-0.25"}))
+    assert isinstance(middle, Scene) and isinstance(moved, Scene)
+    for one, two in zip(middle.rigids[0].pinballs, moved.rigids[0].pinballs, strict=True):
+        assert two.centre == pytest.approx((one.centre[0], one.centre[1] + 5e-3, one.centre[2] - 2.5e-3))
 
 
 @pytest.mark.parametrize("name", ["tank_leak", "tank_leak_rate"])

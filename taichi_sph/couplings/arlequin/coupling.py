@@ -210,13 +210,12 @@ class ArlequinCoupling(Tied):
     def correct(self, now: Now) -> None:
         apart = self.apart() if self.anew else ()
         super().correct(now)
-        for k, differences in enumerate(apart):
-            share = 1.0 if k == 0 else self.stout
-            self.watch.taken += 0.5 * share * float((self.tie.multipliers()[:, 3 * k : 3 * k + differences.shape[1]] * differences).sum())
+        if apart:  # of velocities; that on directors is booked in every step
+            self.watch.taken += 0.5 * float((self.tie.multipliers()[:, : apart[0].shape[1]] * apart[0]).sum())
         self.anew = False
 
     def entries(self) -> Entries:
-        return Entries(numerical={"overlap": self.watch.taken})
+        return Entries(numerical={"overlap": self.watch.taken + self.tie.work()})
 
     def status(self) -> dict[str, int]:
         """How near damage is. From the first step on: columns of a history are those that it began with."""
@@ -227,12 +226,6 @@ class ArlequinCoupling(Tied):
         constraints: how many."""
         velocities, directors = self.left()
         return {"damage": self.watch.worst, "velocities": velocities, "directors": directors, "constraints": self.tie.n_rows}
-
-    @property
-    def stout(self) -> float:
-        """Rotary inertia over mass [m2], the same at all nodes that are tied."""
-        nodes, k = self.elements.nodes, int(self.tie.used[0][0])
-        return float(nodes.inertia[k] / nodes.mass[k])
 
     def pools(self) -> list[Pool]:
         return [self.tie, self.watch]

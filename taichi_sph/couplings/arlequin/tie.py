@@ -5,10 +5,16 @@
 
 C v = 0 before and after a step, so l^T C does no work, and C x keeps its value. The part of d along the director is dropped. What that
 leaves of C d is of second order in the angle between neighbouring directors. It is nearly the same in every step, so what was dropped in
-the last step is added to d* beforehand: that does what more sweeps within a step would (docs/method.md). Impulses become forces and
-couples on the nodes. C is stored by rows and by nodes, so that both products are gathered in a fixed order. The two triangles of each
-overlap are solved by one thread. On a processor one thread does it all where C is short, to the same bits: it is done before others would
-be awake.
+the last step is added to d* beforehand: that does what more sweeps within a step would (docs/method.md).
+
+Where directors of neighbours lean against each other C d = 0 cannot hold. Directors have two ways to turn, and a row asks for three
+numbers: with P that drops what is along the directors, C P M^-1 C^T has eigenvalues of the square of that angle, and more sweeps let l
+grow and C d not vanish. So l does work on directors. It changes 1/2 I w_n-1/2 . w_n+1/2 by 1/2 I dw . (w_n-1/2 + w_n+1/2), dw the change
+by the tie, whatever the steps on both sides are. That is booked node by node, as `overlap`.
+
+Impulses become forces and couples on the nodes. C is stored by rows and by nodes, so that both products are gathered in a fixed order. The
+two triangles of each overlap are solved by one thread. On a processor one thread does it all where C is short, to the same bits: it is done
+before others would be awake.
 """
 
 from typing import Any
@@ -63,6 +69,7 @@ class Tie(Pool):
             self.director = field("director", n, 3, "f64", doc="n")
             self.spin = field("spin", n, 3, "f64", unit="rad/s", doc="w*")
             self.dropped = self.field("dropped", n, 3, "f64", doc="of d in the last step, along n, times the length", keeps=True)
+            self.taken = self.field("taken", n, dtype="f64", unit="J", doc="by the tie of directors", keeps=True)
             runtime.put(self.length, np.r_[np.ones(self.middle), factor.rows.length[self.used[1]]])
         self.put(factor)
 
@@ -96,17 +103,22 @@ class Tie(Pool):
         """(R, width) l of the last step, of velocities and of directors."""
         return runtime.get(self.y, self.n_rows)
 
-    def act(self, groups: tuple[Any, Any], kick: float) -> None:
-        """On the elements and the particles, over a kick [s]."""
+    def act(self, groups: tuple[Any, Any], kick: float, books: bool = True) -> None:
+        """On the elements and the particles, over a kick [s]. books: the work on directors counts; at t = 0 it is part of what is given."""
         one, two = groups
         act = _act_here if runtime.one_by_one() and self.pairs < FEW else _act
-        act(self, one.nodes, one.loads, two.nodes, two.loads, self.middle, self.n, self.n_rows, self.n_blocks, self.band, kick)
+        sizes = self.middle, self.n, self.n_rows, self.n_blocks, self.band
+        act(self, one.nodes, one.loads, two.nodes, two.loads, *sizes, kick, 0.5 * books)
+
+    def work(self) -> float:
+        """Energy that the tie of directors took [J]."""
+        return float(runtime.get(self.taken, self.n).sum()) if self.turns else 0.0
 
 
 @ti.kernel
 def _act(
     tie: ti.template(), a: ti.template(), a_loads: ti.template(), b: ti.template(), b_loads: ti.template(), middle: ti.i32, n: ti.i32,
-    rows: ti.i32, blocks: ti.i32, band: ti.i32, kick: ti.f64,
+    rows: ti.i32, blocks: ti.i32, band: ti.i32, kick: ti.f64, half: ti.f64,
 ):  # fmt: skip
     for m in range(n):
         if m < middle:
@@ -120,15 +132,15 @@ def _act(
     for m in range(n):
         impulse = _impulse(tie, m)
         if m < middle:
-            _strike(tie, a, m, impulse, 1.0 / kick)
+            _strike(tie, a, m, impulse, 1.0 / kick, half)
         else:
-            _strike(tie, b, m, impulse, 1.0 / kick)
+            _strike(tie, b, m, impulse, 1.0 / kick, half)
 
 
 @ti.kernel
 def _act_here(
     tie: ti.template(), a: ti.template(), a_loads: ti.template(), b: ti.template(), b_loads: ti.template(), middle: ti.i32, n: ti.i32,
-    rows: ti.i32, blocks: ti.i32, band: ti.i32, kick: ti.f64,
+    rows: ti.i32, blocks: ti.i32, band: ti.i32, kick: ti.f64, half: ti.f64,
 ):  # fmt: skip
     """`_act` by one thread."""
     ti.loop_config(serialize=True)
@@ -147,9 +159,9 @@ def _act_here(
     for m in range(n):
         impulse = _impulse(tie, m)
         if m < middle:
-            _strike(tie, a, m, impulse, 1.0 / kick)
+            _strike(tie, a, m, impulse, 1.0 / kick, half)
         else:
-            _strike(tie, b, m, impulse, 1.0 / kick)
+            _strike(tie, b, m, impulse, 1.0 / kick, half)
 
 
 @ti.func
@@ -196,7 +208,7 @@ def _foresee(tie: ti.template(), nodes: ti.template(), loads: ti.template(), m, 
 
 
 @ti.func
-def _strike(tie: ti.template(), nodes: ti.template(), m, impulse: ti.template(), per_kick):
+def _strike(tie: ti.template(), nodes: ti.template(), m, impulse: ti.template(), per_kick, half):
     """Impulses on v* and d* of the node at place m, as a force and a couple; of that on its director the part along it is dropped."""
     i = tie.who[m]
     for c in ti.static(range(nodes.dim)):
@@ -207,6 +219,8 @@ def _strike(tie: ti.template(), nodes: ti.template(), m, impulse: ti.template(),
         rate = tie.spin[m].cross(n) + ease * ti.Vector([impulse[3 + c] for c in ti.static(range(3))])
         change = (n.cross(rate) - tie.spin[m]).cross(n)
         nodes.couple[i] += ti.cast(per_kick * ti.cast(nodes.inertia[i], ti.f64) * change, float)
+        dw, inertia = n.cross(change), ti.cast(nodes.inertia[i], ti.f64)
+        tie.taken[m] -= half * inertia * dw.dot(ti.cast(nodes.omega[i], ti.f64) + tie.spin[m] + dw)
         tie.dropped[m] = -tie.length[m] * rate.dot(n) * n
 
 

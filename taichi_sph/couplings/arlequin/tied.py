@@ -94,7 +94,7 @@ class Tied(Coupling):
 
     def correct(self, now: Now) -> None:
         began = launch.working()
-        self.tie.act(self.groups, now.kick)
+        self.tie.act(self.groups, now.kick, now.dt_before > 0.0)
         self.seconds += launch.working() - began
 
     def rates(self) -> list[tuple[np.ndarray, np.ndarray]]:
