@@ -82,7 +82,7 @@ def test_every_knob_of_a_tank_of_water():
     found = knobs(scene, ["quality", "level", "drag"])
     assert {
         "water every 2",
-        "water alpha 0.3",
+        f"water alpha {3 * scene.fluids[0].alpha:.3g}",
         "water delta 0.1",
         "water contact pinballs",
         "water support 1.3",
