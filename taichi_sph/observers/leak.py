@@ -14,6 +14,7 @@ node of an element at t = 0, which is in the overlap alone.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 
 
 SAME = 1e-3  # of the spacing: nodes of two parts that are so near stand in one place
+
+QUICKLY = {"balanced_tree": False, "compact_nodes": False}  # a tree that is asked once: building it costs more than the asking
 
 UNITS = {
     "escaped_mass": "kg", "escaped_count": "-", "rate": "kg/s", "jet_speed": "m/s", "jet_x": "-", "jet_y": "-", "jet_z": "-",
@@ -118,18 +121,17 @@ class LeakGauge(Pool):
         v = runtime.get(p.v, p.n)[order].astype(np.float64)
         half = self.half
         fastest = max(self.fluid.body.fastest(), np.linalg.norm(self._of("v"), axis=1).max())
+        whole = self._whole()
         asked = np.flatnonzero(~self.outside & (self.room <= 2.0 * fastest * (time - self.looked) + self.spacing))
         if len(asked):
             places = self.points + self._of("u")
             director = self._of("N") + self._of("d")
-            whole = self._whole()
-            distance, nearest = cKDTree(places[whole]).query(x[asked])
+            distance, nearest = cKDTree(places[whole], **QUICKLY).query(x[asked])
             beyond = np.einsum("ni,ni->n", x[asked] - places[whole][nearest], director[whole][nearest])
             passed = np.flatnonzero(beyond > half[whole[nearest]])
             if len(passed):
-                X, N = self.points, self._of("N")
-                _, first = cKDTree(X).query(x[asked[passed]])
-                before = np.einsum("ni,ni->n", x[asked[passed]] - X[first], N[first])
+                _, first = self.at_first.query(x[asked[passed]])
+                before = np.einsum("ni,ni->n", x[asked[passed]] - self.points[first], self._of("N")[first])
                 passed = passed[before > half[first]]
             left = asked[passed]
             self.outside[left] = True
@@ -142,10 +144,17 @@ class LeakGauge(Pool):
             self.before = np.array([time, self.escaped])
         if len(left):
             self.jet = np.average(v[left], axis=0, weights=1.0 / p.parts[self.span.first + left] ** 3)
-        self.row = self._row()
+        self.row = self._row(whole)
         return self.row
 
-    def _row(self) -> dict[str, float]:
+    @functools.cached_property
+    def at_first(self) -> Any:
+        """The nodes at t = 0, to be asked which is the nearest."""
+        from scipy.spatial import cKDTree
+
+        return cKDTree(self.points)
+
+    def _row(self, whole: np.ndarray | None = None) -> dict[str, float]:
         speed = float(np.linalg.norm(self.jet))
         direction = self.jet / speed if speed else self.jet
         return {
@@ -154,7 +163,7 @@ class LeakGauge(Pool):
             "rate": self.rate,
             "jet_speed": speed,
             **{f"jet_{axis}": float(direction[c]) for c, axis in enumerate("xyz")},
-            "opening_area": self.opening(),
+            "opening_area": self.opening(whole),
         }
 
     def _whole(self) -> np.ndarray:
@@ -173,20 +182,20 @@ class LeakGauge(Pool):
         _, piece = connected_components(links, directed=False)
         return np.flatnonzero(piece == np.bincount(piece).argmax())
 
-    def opening(self) -> float:
-        """Area [m2] that is open (opening.py)."""
+    def opening(self, whole: np.ndarray | None = None) -> float:
+        """Area [m2] that is open (opening.py). whole: of the nodes of the largest piece, where they are known."""
         broken = [_broken(group, body) == 1 for group, body in self.parts]
         if not any(cells.any() for cells in broken):
             return 0.0
         held = np.zeros(len(self.points), bool)
-        held[self._whole()] = True
+        held[self._whole() if whole is None else whole] = True
         total, n = 0.0, 0
         for (group, body), torn in zip(self.parts, broken):
             mesh, own = body.mesh, slice(n, n + body.nodes.n)
             corners = np.where(mesh.cells < 0, mesh.cells[:, :1], mesh.cells)
-            whole = ~torn & held[own][corners].all(axis=1)
+            sound = ~torn & held[own][corners].all(axis=1)
             loose = _at_nodes(group, body, "fragment") == 1
-            total += opening(mesh.points + _at_nodes(group, body, "u"), mesh.cells, mesh.edges.sides, mesh.areas, torn, loose, whole)
+            total += opening(mesh.points + _at_nodes(group, body, "u"), mesh.cells, mesh.edges.sides, mesh.areas, torn, loose, sound)
             n += body.nodes.n
         return total
 

@@ -61,10 +61,10 @@ def _balls(plotter: pyvista.Plotter, points: np.ndarray, pixels: float, **how: o
     )
 
 
-@functools.lru_cache(maxsize=4)  # a new OpenGL context for each page of a movie would take most of its time
-def _plotter(width: int, height: int, lamp: bool) -> pyvista.Plotter:
-    """A window; with one lamp beside the eye, so that a colour is the same from all sides, or the usual three lights."""
-    plotter = pyvista.Plotter(off_screen=True, window_size=(width, height), lighting="none" if lamp else "light kit")
+@functools.cache  # a new OpenGL context for each panel would take most of its time
+def _plotter(lamp: bool) -> pyvista.Plotter:
+    """A window that every panel sizes anew; with one lamp beside the eye, so that a colour is the same from all sides, or the usual three lights."""
+    plotter = pyvista.Plotter(off_screen=True, lighting="none" if lamp else "light kit")
     if lamp:
         plotter.add_light(pyvista.Light(position=(0.2, 0.35, 1.0), light_type="camera light"))
     plotter.set_background("white")
@@ -109,8 +109,11 @@ def image(
 
     `look` is that of shells, `wet` that of fluids; rigid bodies are dark metal, halved by the plane `cut`.
     """
-    plotter = _plotter(SHARPER * width, SHARPER * height, look.loose)
+    plotter = _plotter(look.loose)
     plotter.clear_actors()
+    plotter.render_window.SetSize(
+        SHARPER * width, SHARPER * height
+    )  # PyVista's own way would draw at once, and so would its camera_position
     scale = SHARPER * height / (view.y1 - view.y0)  # pixels per metre
     low, high = np.inf, -np.inf  # towards the eye
     for body in bodies:
@@ -138,7 +141,8 @@ def image(
             if wet is not None and len(body.cells):
                 plane = grid(body, wet, view)
                 plane["shown"] = wet.shade(plane["shown"])
-                plotter.add_mesh(plane, scalars="shown", cmap=wet.colours, clim=(0.0, 1.0), lighting=False, show_scalar_bar=False)
+                colours = {"scalars": "shown", "cmap": wet.colours, "clim": (0.0, 1.0), "show_scalar_bar": False}
+                plotter.add_mesh(plane, **colours, lighting=False, render=False)
         elif kept(body).any():
             surface = smooth(body, look, view) if look.loose else grid(body, look, view)
             colours = {"scalars": "shown", "cmap": look.colours, "clim": (look.low, look.high), "show_scalar_bar": False}
@@ -156,7 +160,7 @@ def image(
             _balls(plotter, points[loose], 0.6 * node_spacing(body.reference, body.cells) * scale, color=LOOSE)
     x, y = (view.x0 + view.x1) / 2, (view.y0 + view.y1) / 2
     deep = max(high - low, view.x1 - view.x0) if high > low else 1.0
-    plotter.camera_position = [(x, y, high + deep), (x, y, low), (0.0, 1.0, 0.0)]
+    plotter.camera.position, plotter.camera.focal_point, plotter.camera.up = (x, y, high + deep), (x, y, low), (0.0, 1.0, 0.0)
     plotter.camera.parallel_scale = (view.y1 - view.y0) / 2
     plotter.camera.clipping_range = (0.5 * deep, 3 * deep)
     plotter.render()  # a screenshot alone would show what was drawn before

@@ -389,7 +389,7 @@ def _of_particles(
     """A fluid of n particles; masses [kg], spacings [m]. Its step is that at rest, beside the shells that it presses on."""
     met = [shell for shell in scene.shells if fluid.contact is None and scene.met(fluid.name, shell.name).meet]
     light = min((shell.material.density * shell.thickness for shell in met), default=None)
-    step = min(stable_step(d / fluid.water.sound, fluid.support, fluid.water.density * d, light) for d in {spacing, finest})
+    step = min(stable_step(d, fluid.water.sound, 0.0, fluid.support, fluid.water.density * d, light) for d in {spacing, finest})
     return BodyPlan(
         name=fluid.name,
         nodes=n,

@@ -231,9 +231,10 @@ class FluidBody(Pool):
         """Largest stable step [s] (before any safety), of the particles of that size which rules (step.py)."""
         squeezed, own = self.squeezed(), float(self.constants[:, columns.OWN].min())
         # sound in Tait's water goes by (rho / rho_0)^((gamma - 1) / 2) faster, and the particles lie nearer
-        fastest = (self.sound * squeezed ** (0.5 * (self.gamma - 1.0)) + self.fastest()) * squeezed ** (1.0 / 3.0)
+        sound, nearer, fastest = self.sound * squeezed ** (0.5 * (self.gamma - 1.0)), squeezed ** (-1.0 / 3.0), self.fastest()
         layer, lightest = float(self.constants[:, columns.DENSITY].max()) * self.p.spacing, getattr(self.surroundings, "lightest", None)
-        return min(stable_step(own / part / fastest, self.support, layer / part, lightest) for part in np.unique(self.p.parts).tolist())
+        parts = np.unique(self.p.parts).tolist()
+        return min(stable_step(own / part * nearer, sound, fastest, self.support, layer / part, lightest) for part in parts)
 
     def squeezed(self) -> float:
         """rho / rho_0 of the densest particle, 1 at least; of the acoustic law, whose sound is the same everywhere, 1."""
