@@ -63,7 +63,7 @@ def _balls(plotter: pyvista.Plotter, points: np.ndarray, pixels: float, **how: o
 
 @functools.cache  # a new OpenGL context for each panel would take most of its time
 def _plotter(lamp: bool) -> pyvista.Plotter:
-    """A window that every panel sizes anew; with one lamp beside the eye, so that a colour is the same from all sides, or the usual three lights."""
+    """A window that every panel sizes anew. One lamp beside the eye, so that a colour is the same from all sides, or the usual lights."""
     plotter = pyvista.Plotter(off_screen=True, lighting="none" if lamp else "light kit")
     if lamp:
         plotter.add_light(pyvista.Light(position=(0.2, 0.35, 1.0), light_type="camera light"))
