@@ -15,7 +15,7 @@ mild or hard steel that yields, and the water resists by itself.
 
 How far the sheet tears follows from its own spacing and from the viscosity of the water, and hardly from the spacing of the water, which
 has most of the nodes. So the coarser qualities coarsen the water first, and its artificial viscosity is that of the finest at all of them.
-And the water takes one step in two of the shell's, wherever it is as coarse as that allows.
+And the water takes one step in two of the shell's, where it is as coarse as that allows and the structure is one.
 
 `coupled`: finite elements with one point, and particles over the height of the front face, 80 mm to both sides, and within 80 mm of where
 the bullet leaves (T 4.6.2: one long crack). They end two elements before the ends of the tank, whose edges no particles can follow. With
@@ -75,7 +75,7 @@ def scene(
         fill=ShellFill(shell="tank", level=level * HEIGHT if level < 1 else None),
         spacing=WATER[quality],
         finer=finer or None,
-        every=OF_METAL if solid else None if halved else EVERY,
+        every=OF_METAL if solid else None if halved or coupled else EVERY,  # coupled, B of 20 ms would be 0.57 %, and is 0.33
         alpha=ALPHA[quality],
         divergence="mean",  # else 0.3 to 0.6 % of the bullet's energy would come from nowhere, and more at the seams of a patch
         delta=0.0,  # as T: shocks need no diffusion of density, and it would be the largest loss of all
