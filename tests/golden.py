@@ -47,7 +47,7 @@ CASES = {
     "striker": Case("plate_perforation", 200),
     "empty": Case("empty_tank", 200),
     "filled": Case("tank_leak", 200, near=1e-3),
-    "subcycled": Case("tank_leak", 60, {"fluids.0.every": 2}, near=1e-3),
+    "subcycled": Case("tank_leak", 60, {"fluids.0.every": 3}, near=1e-3),
     "planes": Case("dam_break", 200, near=1e-3),
     "block": Case("falling_block", 200, near=1e-3),
     "fuel": Case("fuel_over_water", 200, {"heavy": "above"}, near=1e-3),
