@@ -1,9 +1,10 @@
 """`taichi-sph bench --coupled`: what a coupled step costs beside its parts, and what of it no kernel does.
 
 The parts are the water of `bench --fluid` and the metal shell of `bench --metal`, of the same counts. A step of both one after the other
-would take N_w / r_w + N_s / r_s seconds, r their rates: the coupled rate over (N_w + N_s) / that time, the harmonic mean, is the ratio
-that is printed. The whole run of tank_leak is measured, in quarters of its time, for the blow costs more than what follows. Parts are
-measured before the first and after each quarter, in a process of their own: a machine that others use is not as fast at all times.
+would take N_w / (m r_w) + N_s / r_s seconds, r their rates, where the water takes one step in m of the shell's. The ratio that is printed
+is that time over what the step takes: the coupled rate over the harmonic mean of the parts. The whole run of tank_leak is measured, in
+quarters of its time, for the blow costs more than what follows. Parts are measured before the first and after each quarter, in a process
+of their own: a machine that others use is not as fast at all times.
 
 What is outside kernels is measured by Taichi's own clock of kernels: the time of a step less that in kernels is launching them and Python
 between them. That clock makes every kernel anew, so it has a run of its own.
@@ -64,7 +65,9 @@ def whole(scene: Scene, arch: str, threads: int | None) -> list[dict[str, Any]]:
 
     sim = World(scene, arch=arch, threads=threads)
     sim.advance(FIRST)
-    water = sum(span.n for group in sim.groups if group.kind == "fluid" for span in group.bodies)
+    fluids = [group for group in sim.groups if group.kind == "fluid"]
+    water = sum(span.n for group in fluids for span in group.bodies)
+    every = fluids[0].every  # all fluids of tank_leak are one
     shell = sim.n_nodes - water
     before, rows = parts(water, shell, arch, threads), []
     for k in range(QUARTERS):
@@ -75,7 +78,7 @@ def whole(scene: Scene, arch: str, threads: int | None) -> list[dict[str, Any]]:
         after = parts(water, shell, arch, threads)
         water_rate, shell_rate = (0.5 * (one + two) for one, two in zip(before, after))
         before = after
-        alone = water / water_rate + shell / shell_rate
+        alone = water / (every * water_rate) + shell / shell_rate
         rows.append(
             {
                 "until": sim.time, "shell": shell, "water": water, "steps": steps, "ms_per_step": 1e3 * spent / steps,
