@@ -81,8 +81,7 @@ def scene(
         delta=0.0,  # as T: shocks need no diffusion of density, and it would be the largest loss of all
     )
     wet = level > 0
-    depths = (0.1, 0.2) if drag or halved or solid else ()
-    deep = [Quantity(name=speed, unit="m/s", options={"axis": "x", "beyond": RADIUS - depth, **by}) for depth in depths]
+    deep = [Quantity(name=speed, unit="m/s", options={"axis": "x", "beyond": RADIUS - depth, **by}) for depth in (0.1, 0.2)]
     wave = Quantity(
         name="peak_pressure",
         unit="Pa",

@@ -87,7 +87,7 @@ class SurfacePoints(Pool):
     @ti.func
     def lost(self, k):
         """Whether point k has no cell any more, and no area from now on."""
-        return self.record[k][11] >= 1.0 / LEAST
+        return self.record[k][11] >= 0.5 / LEAST
 
     @ti.func
     def hide(self, k):

@@ -20,7 +20,18 @@ from ..errors import SceneError
 from ..scene.script import JSON_BYTES
 
 # what the folder of a run holds, and what that of a study or of a sweep holds beside its runs
-RUN = ("scene.json", "record.json", "summary.json", "log.txt", "frames", "histories", "checkpoints", "stopped", "pictures")
+RUN = (
+    "scene.json",
+    "scene.next.json",
+    "record.json",
+    "summary.json",
+    "log.txt",
+    "frames",
+    "histories",
+    "checkpoints",
+    "stopped",
+    "pictures",
+)
 STUDIES = ("study.json", "sweep.json", "points", "results.csv", "results.parquet", "price.json", "price.md", "price.png")
 _NOFOLLOW = getattr(os, "O_NOFOLLOW", 0)  # not on Windows
 

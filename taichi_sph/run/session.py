@@ -30,6 +30,7 @@ from .progress import Pace, Progress, progress_line
 from .tell import contact_text, overlap_text, tell_plan
 
 RESUMED = ("static.method", "static.residual", "static.max_steps")  # what a resumed search for equilibrium may change
+NEXT_FILE = "scene.next.json"  # while a resumed run changes to another scene
 LONGER = ("duration", "until", "until.share", "output.frames", "output.samples", "output.checkpoints")  # the same of a run in time
 BEAT = 0.5  # s of wall clock between looks at the clock, the keyboard and the screen
 FEW_STEPS = 100  # below, the rate of a run says how long it took to start
@@ -174,12 +175,12 @@ def resume(
     files.check_links(out, files.RUN)
     progress = progress or Progress()
     with locked(out, progress.say):
+        _complete(out)
         scene = load_scene(out / SCENE_FILE)
         _may_change(scene, settings or {})
         changed = load_scene(out / SCENE_FILE, settings) if settings else scene
-        if (out / SUMMARY_FILE).is_file() and (scene.static is not None or not settings):
-            hint = "" if scene.static is not None else "; it goes on with a longer one: --set duration=..."
-            raise SceneError(f"the run in '{out}' is finished: there is nothing to resume{hint}")
+        if (out / SUMMARY_FILE).is_file():
+            _may_go_on(out, scene, changed)
         saved, refused = checkpoint.newest_whole(out / "checkpoints", record.scene_hash(scene))
         if changed.duration < saved.time and changed.static is None:
             raise SceneError(
@@ -198,10 +199,10 @@ def resume(
             session = _Session(changed, out, sim, arch, clocks, progress, asked, saved.time)
             if changed is not scene:
                 clocks.command = " ".join([clocks.command, *(f"--set {key}={value}" for key, value in (settings or {}).items())])
-                session.keep()  # of the scene as it is now; a kill before that scene is written leaves an older one
-                (out / SUMMARY_FILE).unlink(missing_ok=True)
-                with files.whole(out / SCENE_FILE) as file:
+                with files.whole(out / NEXT_FILE) as file:
                     file.write(dump(changed))
+                session.keep()  # of the scene to come, often in place of that of the scene before: from here on `_complete` goes on
+                _switch(out)
             session.compute()
         return session.finish(pictures)
 
@@ -218,6 +219,37 @@ def _check_histories(scene: Scene, sim: WorldLike) -> None:
             raise SceneError(f"{what}: this run writes no history '{history}'{nearest(history, written)}")
         if history and column and column not in written[history]:
             raise SceneError(f"{what}: the history '{history}' has no column '{column}'{nearest(column, written[history])}")
+
+
+def _switch(out: Path) -> None:
+    """The scene to come becomes that of the run."""
+    (out / SUMMARY_FILE).unlink(missing_ok=True)
+    os.replace(out / NEXT_FILE, out / SCENE_FILE)
+
+
+def _complete(out: Path) -> None:
+    """Where a switch to another scene was killed: it is made where a checkpoint of that scene stands already, else forgotten."""
+    from ..output import checkpoint, record
+
+    if not (out / NEXT_FILE).is_file():
+        return
+    try:
+        checkpoint.newest_whole(out / "checkpoints", record.scene_hash(load_scene(out / NEXT_FILE)))
+    except SceneError:
+        (out / NEXT_FILE).unlink()
+    else:
+        _switch(out)
+
+
+def _may_go_on(out: Path, scene: Scene, changed: Scene) -> None:
+    """SceneError where a finished run is given no later end."""
+    if scene.static is not None:
+        raise SceneError(f"the run in '{out}' is finished: there is nothing to resume")
+    if changed.duration > scene.duration or changed.until != scene.until:
+        return
+    kept = any((out / "checkpoints").glob("*.checkpoint"))
+    hint = f"it goes on with a later end than {show(scene.duration, 's')}: --set duration=..." if kept else "and it kept no checkpoint"
+    raise SceneError(f"the run in '{out}' is finished: there is nothing to resume; {hint}")
 
 
 def _may_change(scene: Scene, settings: Mapping[str, Any]) -> None:

@@ -120,7 +120,8 @@ def test_interrupted_twice(call, work, fake, scene_file):
     assert call("resume", "parts", *QUIET)[0] == 130
     assert call("resume", "parts", *QUIET)[0] == 0
     assert results(work / "parts") == results(work / "whole")
-    finished = "taichi-sph: the run in 'parts' is finished: there is nothing to resume; it goes on with a longer one: --set duration=...\n"
+    finished = "taichi-sph: the run in 'parts' is finished: there is nothing to resume; it goes on with a later end than 20 us: "
+    finished += "--set duration=...\n"
     assert call("resume", "parts", *QUIET)[2] == finished
 
 
@@ -141,6 +142,38 @@ def test_a_finished_run_goes_on_to_a_later_end(call, work, fake, scene_file):
     assert not (work / "parts/summary.json").exists()
     assert call("resume", "parts", *QUIET)[0] == 0
     assert results(work / "parts") == results(work / "whole")
+
+
+def test_a_kill_while_a_finished_run_gets_its_later_end(call, work, fake, scene_file, monkeypatch):
+    """The last checkpoint is of the scene to come by then; before it is written, the run is as it was."""
+    import taichi_sph.run.session as session
+
+    longer = ("--set", "duration=40us")
+    assert call("run", "small.json", *longer, "--set", "output.checkpoints=1", "--out", "whole", *QUIET)[0] == 0
+    assert call("run", "small.json", "--set", "output.checkpoints=1", "--out", "parts", *QUIET)[0] == 0
+    before = files(work / "parts")
+
+    def killed(*_):
+        raise MemoryError
+
+    for name, whole in (("_Session.keep", False), ("_switch", True)):
+        with monkeypatch.context() as patched:
+            patched.setattr(f"taichi_sph.run.session.{name}", killed)
+            with pytest.raises(MemoryError):
+                session.resume(work / "parts", settings={"duration": "40us"}, simulation=fake)
+        assert (work / "parts/scene.next.json").exists()
+        if not whole:
+            assert "finished" in call("resume", "parts", *QUIET)[2]
+            assert not (work / "parts/scene.next.json").exists() and files(work / "parts").keys() == before.keys()
+    assert call("resume", "parts", *QUIET)[0] == 0
+    assert (work / "parts/scene.json").read_text() != before["scene.json"] and not (work / "parts/scene.next.json").exists()
+
+
+@pytest.mark.parametrize("setting", ["output.frames=8", "duration=20us"])
+def test_a_finished_run_asks_for_a_later_end(call, work, scene_file, fake, setting):
+    assert call("run", "small.json", "--out", "r", *QUIET)[0] == 0
+    code, _, err = call("resume", "r", "--set", setting, *QUIET)
+    assert code == 2 and "finished" in err and "a later end than 20 us" in err and (work / "r/summary.json").exists()
 
 
 def test_a_run_that_stops_itself(call, work, fake, scene_file):
