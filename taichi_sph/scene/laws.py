@@ -126,8 +126,8 @@ class LemaitreChaboche(Frozen):
     """Ductile damage, linear in the plastic strain (T 2.62, 2.66): 0 up to `threshold`, `critical` at `rupture`, both
     true plastic strains of uniaxial tension. `necks`: `rupture` is the strain in a neck, and a cell wider than the sheet is
     thick breaks at the mean of the neck and the sheet beside it (laws/necking.py). `scatter`: of both strains from cell to cell, standard
-    deviation over mean (laws/scatter.py); `numerics.seed` chooses among them. `over_neck`: where cells are narrower than the
-    sheet is thick, damage follows the plastic strain in the mean over a neck (bodies/shell/over_neck.py)."""
+    deviation over mean (laws/scatter.py); `numerics.seed` chooses among them. `over_neck`: where cells are narrower than the sheet is thick,
+    damage follows the plastic strain in the mean over a neck (bodies/shell/over_neck.py)."""
 
     kind: Literal["lemaitre_chaboche"] = "lemaitre_chaboche"
     threshold: Annotated[Dimensionless, Field(ge=0)]  # eps_d, eps_p^s

@@ -101,8 +101,7 @@ class ShellGroup(Rest):
             thickness = np.concatenate([body.made.thickness for body in self.shells])
             of_cells = (self.mesh.centres, self.mesh.areas, thickness, by_cell(self.shells, range(len(self.shells))))
             per = self.points.n // self.cells.n
-            places, areas, thick, whose = (np.repeat(of, per, axis=0) for of in of_cells)
-            self.over_neck = OverNeck(self.points, places, areas, thick, whose, f"over_neck{suffix}")
+            self.over_neck = OverNeck(self.points, *(np.repeat(of, per, axis=0) for of in of_cells), f"over_neck{suffix}")
 
     def share_loads(self, areas: np.ndarray) -> None:
         """Forces and moments, shared by other areas (N,) of the nodes [m2]."""

@@ -230,8 +230,8 @@ CONSTANTS = {  # of a material: unit and meaning
 class MaterialPool(Pool):
     """Constants of the materials, one row a sheet (sections.py), as fields so that changing a number recompiles nothing.
 
-    Which laws there are (`yields`, `damages`, `scatters`, `averages`, `delays`, `breaks`; `remembers`: any history) is a constant of the
-    run: what a scene does not ask for is not compiled. All bodies of a pool have the same laws (build.laws).
+    Which laws there are (`yields`, `damages`, `scatters`, `averages`, `delays`, `breaks`; `remembers`: any history) is a constant of the run:
+    what a scene does not ask for is not compiled. All bodies of a pool have the same laws (build.laws).
     """
 
     constants = CONSTANTS
