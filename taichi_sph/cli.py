@@ -108,7 +108,7 @@ def validate(
 ) -> None:
     """Check a whole scene and print what a run would take; nothing is computed or written."""
     from .output.record import scene_hash
-    from .run import gate, speed
+    from .run import gate
     from .run.plan import LARGE
     from .run.progress import Progress
     from .run.tell import tell_plan
@@ -125,7 +125,7 @@ def validate(
     else:
         planned = gate.checked_plan(found, arch, LARGE)
         gate.check_out(folder, planned.disk)
-        tell_plan(found, planned, Progress(), speed.beside(found, arch))
+        tell_plan(found, planned, Progress())
         for line in recorded(found, scene_hash):
             typer.echo(f"  {line}")
     path = _find(scene)

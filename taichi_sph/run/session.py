@@ -50,8 +50,6 @@ class WorldLike(Protocol):
     @property
     def n_nodes(self) -> int: ...
     @property
-    def busy(self) -> float: ...
-    @property
     def stress_points(self) -> int: ...
     @property
     def bytes(self) -> int: ...
@@ -138,7 +136,7 @@ def run(
     progress = progress or Progress()
     planned = checked_plan(scene, arch)
     check_out(out, planned.disk)
-    tell_plan(scene, planned, progress, speed.beside(scene, arch))
+    tell_plan(scene, planned, progress)
     with locked(out, progress.say):
         with _signals() as asked:
             clocks = Clocks(command=command or f"taichi-sph run {out / SCENE_FILE}", threads=threads or os.cpu_count() or 1)
@@ -460,12 +458,10 @@ class _Session:
             }
             summary = write_summary(folder, **counted, contact=sim.contact_report(), overlap=sim.overlap_report(), **how)
             lines = answer(folder, summary)
-        began = clock.monotonic()
-        drawn = draw(self.out, self.progress) if pictures else []
         # shorter ones measure the start; a step of statics is no step
         if c.advance > 1.0 and summary["steps"] >= FEW_STEPS and self.scene.increments is None:
-            beside = c.compile + c.write + clock.monotonic() - began
-            speed.remember(self.scene, self.arch, sim.busy * summary["steps"] / c.advance, beside if pictures else None)
+            speed.remember(self.scene, self.arch, summary["node_steps_per_second"])
+        drawn = draw(self.out, self.progress) if pictures else []
         if "contact" in summary:
             lines = [*lines, contact_text(summary["contact"])]
         if "overlap" in summary:

@@ -1,7 +1,4 @@
-"""How fast this machine was: node-steps per second of earlier runs, and what they took beside, kept in the user's cache for estimates.
-
-A run is estimated by the last one of the same scene, of whatever quality; without one by the last one of its formulation and precision.
-"""
+"""How fast this machine was: node-steps per second of earlier runs, kept in the user's cache for estimates."""
 
 from __future__ import annotations
 
@@ -21,9 +18,6 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "taichi_sph"
 
 
-BESIDE = "beside the steps"
-
-
 def _key(scene: Scene, arch: str) -> str:
     return f"{arch} {scene.formulations} {scene.numerics.precision}"
 
@@ -36,27 +30,17 @@ def _load() -> dict[str, float]:
 
 
 def recall(scene: Scene, arch: str) -> float:
-    """Node-steps per second to expect; a body with steps of its own counts as often as it takes one."""
-    known, key = _load(), _key(scene, arch)
-    return max(known.get(f"{key} {scene.name}", known.get(key, ASSUMED)), 1.0)
+    """Node-steps per second to expect."""
+    return max(_load().get(_key(scene, arch), ASSUMED), 1.0)
 
 
-def beside(scene: Scene, arch: str) -> float | None:
-    """What the last run of this scene that drew pictures took beside its steps [s]; None without one."""
-    return _load().get(f"{_key(scene, arch)} {scene.name}, {BESIDE}")
-
-
-def remember(scene: Scene, arch: str, node_steps_per_second: float, beside: float | None = None) -> None:
-    """Keeps what a run measured; beside [s]: what it took beside its steps, of one with pictures."""
-    key = _key(scene, arch)
-    measured = {key: node_steps_per_second, f"{key} {scene.name}": node_steps_per_second}
-    if beside is not None:
-        measured[f"{key} {scene.name}, {BESIDE}"] = beside
+def remember(scene: Scene, arch: str, node_steps_per_second: float) -> None:
+    """Keeps what a run measured."""
     path = cache_folder() / "speed.json"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         temporary = path.with_suffix(".tmp")
-        temporary.write_text(json.dumps(_load() | measured, indent=1))
+        temporary.write_text(json.dumps(_load() | {_key(scene, arch): node_steps_per_second}, indent=1))
         os.replace(temporary, path)
     except OSError:
         return

@@ -7,12 +7,9 @@ from ..scene.units import show
 from .plan import Plan
 from .progress import Progress, bytes_text, duration_text
 
-# of a striker's diameter: wider cells let it tear out too much (12 mm under a bullet of 18 mm: 5.6 g where 2 are hit; docs/method.md, 11)
-WIDE = 0.5
 
-
-def tell_plan(scene: Scene, p: Plan, progress: Progress, beside: float | None = None) -> None:
-    """The lines of `validate`. beside: what a run of the scene takes beside its stepping [s], where that was measured."""
+def tell_plan(scene: Scene, p: Plan, progress: Progress) -> None:
+    """The lines of `validate`."""
     progress.say(f"{scene.title} ({scene.name}, {scene.quality}{parameters_text(scene)})")
     for body in p.bodies:
         mass = f"mass {body.mass:.6g} kg"
@@ -30,8 +27,6 @@ def tell_plan(scene: Scene, p: Plan, progress: Progress, beside: float | None = 
     for said in scene.interactions:
         if note := getattr(said, "note", None):
             progress.say(f"  {note}")
-    for line in too_coarse(scene):
-        progress.say(f"  {line}")
     if p.counted:
         progress.say(f"  {p.nodes} nodes and particles are many: they are counted, not made; a run looks at regions, cuts and overlaps")
     n = scene.numerics
@@ -41,26 +36,7 @@ def tell_plan(scene: Scene, p: Plan, progress: Progress, beside: float | None = 
     if p.most > 1.0:  # how far a patch grows is not known
         memory = f"{bytes_text(p.memory)} to {bytes_text(p.most_memory)}"
         disk, seconds = f"{disk} to {bytes_text(p.disk * p.most)}", f"{seconds} to {duration_text(p.seconds * p.most)}"
-    progress.say(f"  estimated: dt {show(p.dt, 's')}, {p.steps} steps, memory {memory}, disk {disk}, {seconds} of steps")
-    if beside is not None:
-        progress.say(f"  beside the steps: {duration_text(beside)}, as the last time, for kernels, files and pictures")
-
-
-def too_coarse(scene: Scene) -> list[str]:
-    """A sentence for each shell that may break and whose cells are wide beside a striker."""
-    found = []
-    for rigid in scene.rigids:
-        if not rigid.pinballs or not any(rigid.velocity):
-            continue
-        across = 2.0 * max(ball.radius for ball in rigid.pinballs)
-        for shell in scene.shells:
-            spacing = scene.numerics_of(shell).spacing
-            if shell.material.damage is not None and scene.met(rigid.name, shell.name).meet and spacing > WIDE * across:
-                found.append(
-                    f"{shell.name}: cells of {show(spacing, 'm')} are wide beside '{rigid.name}', {show(across, 'm')} across: what it "
-                    f"tears out is of whole cells, too large and too heavy; take a spacing of {show(WIDE * across, 'm')} or less"
-                )
-    return found
+    progress.say(f"  estimated: dt {show(p.dt, 's')}, {p.steps} steps, memory {memory}, disk {disk}, {seconds}")
 
 
 def parameters_text(scene: Scene | Study) -> str:

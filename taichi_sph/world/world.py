@@ -213,11 +213,6 @@ class World:
         return sum(group.n_nodes for group in self.groups)
 
     @property
-    def busy(self) -> float:
-        """Nodes and particles that take a step of the clock, in the mean: groups with longer steps take fewer."""
-        return sum(group.n_nodes / group.every for group in self.groups)
-
-    @property
     def stress_points(self) -> int:
         return sum(group.stress_points for group in self.groups)
 

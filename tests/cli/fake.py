@@ -29,7 +29,7 @@ class FakeWorld:
         type(self).asked.append({"scene": scene, "arch": arch, "threads": threads})
         self.scene = scene
         self.time, self.step, self.dt, self.dt_rule = 0.0, 0, type(self).long or scene.duration / STEPS, "a rule"
-        self.n_nodes, self.busy, self.stress_points, self.bytes, self.compile_seconds = 4, 4.0, 1, 1000, 0.25
+        self.n_nodes, self.stress_points, self.bytes, self.compile_seconds = 4, 1, 1000, 0.25
         self.x, self.v = 1.0, 0.0
 
     def advance_to(self, time: float) -> None:

@@ -75,12 +75,6 @@ def test_speeds_are_remembered_and_forgiven():
     assert speed.recall(scene, "cpu") == speed.ASSUMED
     speed.remember(scene, "cpu", 3e6)
     assert speed.recall(scene, "cpu") == 3e6 and speed.recall(scene, "cuda") == speed.ASSUMED
-    assert speed.beside(scene, "cpu") is None  # it drew no pictures
-    other = scene.derive(name="another")
-    assert speed.recall(other, "cpu") == 3e6  # of the same formulation
-    speed.remember(other, "cpu", 1e6, 20.0)
-    assert (speed.recall(scene, "cpu"), speed.recall(other, "cpu")) == (3e6, 1e6)
-    assert (speed.beside(scene, "cpu"), speed.beside(other, "cpu")) == (None, 20.0)
     path = speed.cache_folder() / "speed.json"
     for text in ("", "[]", '{"cpu galerkin f64": "fast"}', json.dumps({"cpu galerkin f64": None})):
         path.write_text(text)
