@@ -318,26 +318,6 @@ def _supports(run: RunFolder) -> list[str]:
     return [f"{one} ({bear}) at the end; the largest force{which} is {quantity_text(most[0], 'N')} at {quantity_text(most[2], 's')}."]
 
 
-def _gauges(run: RunFolder) -> list[str]:
-    """What each strain gauge read, and when the last of its cells broke."""
-    lines = []
-    for gauge in run.scene.output.gauges:
-        history = run.history(f"gauge_{gauge.name}")
-        read = np.flatnonzero(np.isfinite(history["strain"]))
-        if not len(read):
-            lines.append(f"Gauge '{gauge.name}' read nothing: its cells were broken from the first sample on.")
-            continue
-        strain, time = history["strain"][read], history.time[read]
-        top = int(np.argmax(np.abs(strain)))
-        line = f"Gauge '{gauge.name}' read at most {100 * strain[top]:+.3g} % (at {quantity_text(time[top], 's')})"
-        if read[-1] < len(history) - 1:
-            line += f"; the last of its cells had broken at {quantity_text(history.time[read[-1] + 1], 's')}, and it reads nothing since."
-        else:
-            line += f" and reads {100 * strain[-1]:+.3g} % at the end."
-        lines.append(line)
-    return lines
-
-
 def unaccounted(residual: float | None, static: bool) -> bool:
     """Whether a closed residual [%] says that numbers are not to be trusted. That of a search for equilibrium says nothing of what it
     found: it is the error of the work, a sum of trapezoids from one equilibrium to the next."""
@@ -396,7 +376,7 @@ def answer(run: RunFolder, summary: dict[str, Any] | None = None) -> list[str]:
         lines = _struck(run, breakable)
     else:
         lines = [_body(run, shell, len(scene.shells) > 1) for shell in breakable]
-    lines += [*openings.too_narrow(run, quantity_text), *_supports(run), *_gauges(run)]
+    lines += [*openings.too_narrow(run, quantity_text), *_supports(run)]
     static = scene.static is not None
     told, doubted = equilibrium(run) if static else ([], False)
     lines += told

@@ -278,34 +278,6 @@ def piston(run: RunFolder) -> Figure | None:
     return figure
 
 
-def gauges(run: RunFolder) -> Figure | None:
-    """Strain that each gauge reads against time, with a cross where the last of its cells broke; None without a gauge that read twice."""
-    found = {gauge.name: run.history(f"gauge_{gauge.name}") for gauge in run.scene.output.gauges}
-    found = {name: h for name, h in found.items() if np.isfinite(h["strain"]).sum() > 1}
-    if not found:
-        return None
-    last = max(float(h.time[-1]) for h in found.values())
-    scale, unit = time_scale(last)
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(figsize=(8.6, 4.4), layout="constrained")
-        ends = []
-        for number, (name, h) in enumerate(found.items()):
-            colour, read = PALETTE[number % len(PALETTE)], np.flatnonzero(np.isfinite(h["strain"]))
-            end = read[-1]
-            axes.plot(h.time * scale, 100 * h["strain"], color=colour, lw=1.6)
-            if end < len(h) - 1:
-                axes.plot(h.time[end] * scale, 100 * h["strain"][end], "x", color=colour, ms=8, mew=2)
-            ends.append((100 * float(h["strain"][end]), name + (" (broke)" if end < len(h) - 1 else ""), colour))
-        axes.axhline(0.0, color=SOFT_LINE, lw=0.6)
-        axes.set_ylabel("strain [%]")
-        axes.set_xlabel(f"time [{unit}]")
-        axes.set_title(f"{run.scene.title}: strain gauge" + ("s" if len(found) > 1 else ""))
-        axes.margins(x=0)
-        axes.set_xlim(right=last * scale)
-        _direct_labels(axes, ends, last * scale, 0.06)
-    return figure
-
-
 def leak(run: RunFolder, fluid: str) -> Figure | None:
     """What has leaked of a fluid and how fast, the speed of the jet, the opening, against time; None where nothing leaks."""
     _, h = leaking.watched(run, fluid)
