@@ -143,7 +143,7 @@ def test_speed_at_a_time_and_behind_a_place(plate, empty) -> None:
     assert measure("striker_speed", plate, {"beyond": -1.0}) is None
     assert measure("striker_speed", empty, {"axis": "x", "beyond": 0.0}) == pytest.approx(688.0)
     assert measure("striker_speed", empty, {"axis": "x", "beyond": struck.TANK + 0.02}) == pytest.approx(640.0)
-    with pytest.raises(SceneError, match="'x', 'y', 'z', not 'w'"):
+    with pytest.raises(SceneError, match="'x', 'y' or 'z'"):
         measure("striker_speed", plate, {"axis": "w"})
     with pytest.raises(SceneError, match="no history of a rigid body 'bal'.*ball"):
         measure("striker_speed", plate, {"striker": "bal"})
@@ -154,8 +154,6 @@ def test_two_holes_of_the_empty_tank(empty) -> None:
     assert measure("hole_diameter", empty, {"hole": 2}) > 0
     assert measure("hole_diameter", empty, {"hole": 3}) == 0
     first, second = parts.holes(parts.fragments(empty.frames().body(-1)))
-    # the rear wall stands behind the hole in the front, and is not in the light
-    assert measure("opening_diameter", empty) == pytest.approx(2 * struck.SHOT, abs=1.5 * 0.004)
     assert first.time == pytest.approx(3e-5) and second.time == pytest.approx(4.6e-4)
     assert first.centre[0] < -0.9 * struck.TANK and second.centre[0] > 0.9 * struck.TANK
     assert measure("plug_diameter", empty) == 0 and measure("fragments_count", empty) == 0
@@ -173,7 +171,7 @@ def test_crack_of_the_full_tank(full) -> None:
     assert measure("crack_length", full, {"how": "total"}) >= length
     assert measure("crack_opening", full) == pytest.approx(struck.OPENING, rel=0.05)
     assert measure("petals", full) == 2, "one crack up, one down"
-    with pytest.raises(SceneError, match="'straight', 'longest', 'total', not 'long'"):
+    with pytest.raises(SceneError, match="'straight', 'longest' or 'total'"):
         measure("crack_length", full, {"how": "long"})
 
 

@@ -95,12 +95,6 @@ MEASURES: dict[str, tuple[Measure, str]] = {  # name -> function, unit
     "column_ratio": (column.column_ratio, ""),
 }
 
-CHOICES = {  # option -> its words, the same in every measure
-    "axis": ("x", "y", "z"),
-    "how": ("straight", "longest", "total"),
-    "rule": ("predicted", "thesis"),
-}
-
 
 def _accepted(name: str, options: Mapping[str, object]) -> tuple[Measure, str]:
     if name not in MEASURES:
@@ -113,9 +107,6 @@ def _accepted(name: str, options: Mapping[str, object]) -> tuple[Measure, str]:
         kind = "text" if "str" in str(keywords[option].annotation) else "number"
         if (kind == "text") != isinstance(value, str):
             raise SceneError(f"option '{option}' of measure '{name}' is a {kind}, not {value!r}")
-        if option in CHOICES and value not in CHOICES[option]:
-            words = ", ".join(f"'{word}'" for word in CHOICES[option])
-            raise SceneError(f"option '{option}' of measure '{name}' is one of {words}, not {value!r}")
     for option, parameter in keywords.items():
         if parameter.default is inspect.Parameter.empty and option not in options:
             raise SceneError(f"measure '{name}' needs the option '{option}'")

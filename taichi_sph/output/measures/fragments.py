@@ -30,7 +30,6 @@ from .pattern import LINK, SMALL, cell_centres, node_spacing
 LEAST = 4  # a smaller gap in what is held (nodes) is no hole
 SOLID = "solid_"
 COMPACT = 0.6  # its diameter over its extent, from which on a gap without a missing cell is a hole
-ANOTHER = 3.0  # spacings between two walls that the same line goes through
 ACROSS = 3.1  # spacings between two nodes on either side of a crack
 STEADY = 3  # rings in a row that must show as many cracks
 
@@ -362,19 +361,14 @@ def widest(body: BodyFrame) -> float:
 
 
 def light(body: BodyFrame, centre: np.ndarray, direction: np.ndarray, reach: float) -> float:
-    """Area [m2] through which one sees along `direction`, past the held live cells within `reach` [m] of `centre`, of the wall that lies
-    there: what stands nearer to the next wall behind or before it, as the rear of a tank does, is left out.
+    """Area [m2] through which one sees along `direction`, past the held live cells within `reach` [m] of `centre`.
 
     Cells are projected now, bent as they are, on a raster of a third of a spacing; the area is the uncovered set nearest to
     the centre that does not touch the rim of the window.
     """
     f = fragments(body)
     step = node_spacing(body.reference, body.cells) / 3
-    away = cell_centres(body.reference, body.cells) - centre
-    along, spacing = away @ direction, node_spacing(body.reference, body.cells)
-    met = np.linalg.norm(away - along[:, None] * direction, axis=1) < spacing  # walls that the line goes through
-    others = np.abs(along[met & (np.abs(along) > ANOTHER * spacing)])
-    near = (np.linalg.norm(away, axis=1) <= 1.5 * reach) & (np.abs(along) < 0.5 * others.min(initial=np.inf))
+    near = np.linalg.norm(cell_centres(body.reference, body.cells) - centre, axis=1) <= 1.5 * reach
     corner = np.where(body.cells < 0, body.cells[:, :1], body.cells)
     chosen = corner[near & live(body) & ~f.gone[corner].any(axis=1)]
     axes = np.linalg.svd(direction[None])[2][1:]
