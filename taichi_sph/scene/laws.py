@@ -126,8 +126,7 @@ class LemaitreChaboche(Frozen):
     """Ductile damage, linear in the plastic strain (T 2.62, 2.66): 0 up to `threshold`, `critical` at `rupture`, both
     true plastic strains of uniaxial tension. `necks`: `rupture` is the strain in a neck, and a cell wider than the sheet is
     thick breaks at the mean of the neck and the sheet beside it (laws/necking.py). `scatter`: of both strains from cell to cell, standard
-    deviation over mean (laws/scatter.py); `numerics.seed` chooses among them. `over_neck`: where cells are narrower than the sheet is thick,
-    damage follows the plastic strain in the mean over a neck (bodies/shell/over_neck.py)."""
+    deviation over mean (laws/scatter.py); `numerics.seed` chooses among them."""
 
     kind: Literal["lemaitre_chaboche"] = "lemaitre_chaboche"
     threshold: Annotated[Dimensionless, Field(ge=0)]  # eps_d, eps_p^s
@@ -135,7 +134,6 @@ class LemaitreChaboche(Frozen):
     critical: Annotated[Dimensionless, Field(gt=0, le=1)]  # D_c
     necks: StrictBool | None = None
     scatter: Annotated[Dimensionless, Field(ge=0.001, le=0.5)] | None = None
-    over_neck: StrictBool | None = None
 
     @model_validator(mode="after")
     def _grows(self) -> LemaitreChaboche:
@@ -258,11 +256,7 @@ class Material(Frozen):
         count."""
         strength = self.strength
         hardens = None if strength is None else (strength.kind == "table", strength.kind == "johnson_cook", strength.layers)
-        damages = (
-            self.damage is not None,
-            getattr(self.damage, "scatter", None) is not None,
-            bool(getattr(self.damage, "over_neck", None)),
-        )
+        damages = (self.damage is not None, getattr(self.damage, "scatter", None) is not None)
         return hardens, damages, self.delay is not None, self.critical_damage is not None
 
     @model_validator(mode="after")
@@ -276,8 +270,6 @@ class Material(Frozen):
                 )
         if isinstance(self.damage, LemaitreChaboche) and self.strength is None:
             raise ValueError("damage: 'lemaitre_chaboche' grows with plastic strain and needs a strength: set strength")
-        if getattr(self.damage, "over_neck", None) and getattr(self.strength, "layers", None):
-            raise ValueError("damage.over_neck: not possible yet with strength.layers; leave one of them out")
         if isinstance(self.damage, Mazars | Concrete) and self.strength is not None:
             raise ValueError(f"damage: '{self.damage.kind}' is for brittle materials without strength; use 'lemaitre_chaboche'")
         if self.burns is not None and (self.strength is not None or self.damage is not None):

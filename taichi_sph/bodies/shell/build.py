@@ -143,15 +143,11 @@ def build(scene: Scene, some: Sequence[Part], suffix: str = "", per_cell: int = 
         cells = Cells(mesh, nodes, material, spared, of_cell, sheets, f"cells{suffix}")
         if tough is not None:
             cells.scatter(tough)
-        if material.averages:
-            cells.average()
         return Model(tuple(bodies), mesh, nodes, cells, cells, material)
     spared, sheets = (None if of is None else np.repeat(of, per_cell) for of in (spared, sheets))
     points = StressPoints(per_cell * len(mesh.cells), nodes, material, spared, np.repeat(of_cell, per_cell), sheets, f"points{suffix}")
     if tough is not None:
         points.scatter(np.repeat(tough, per_cell))
-    if material.averages:
-        points.average()
     return Model(tuple(bodies), mesh, nodes, Topology(mesh, nodes, f"cells{suffix}"), points, material)
 
 

@@ -28,7 +28,6 @@ from .build import (
     Model,
     ShellBody,
     build,
-    by_cell,
     curve,
     initial_spin,
     initial_velocity,
@@ -43,7 +42,6 @@ from .build import (
 from .finer_surface import CellPoints
 from .gauge import Gauge
 from .metal import thicknesses
-from .over_neck import OverNeck
 from .parts import Part
 from .parts_shown import at_most, none_of
 from .port import ShellSurface
@@ -96,12 +94,6 @@ class ShellGroup(Rest):
         materials = [[sheet.material for sheet in body.made.sheets] for body in self.shells]
         self.sound = np.array([max(float(np.sqrt(m.young / m.density / (1 - m.poisson**2))) for m in of) for of in materials])
         self.stable: StableStep
-        self.over_neck: OverNeck | None = None
-        if self.material.averages:
-            thickness = np.concatenate([body.made.thickness for body in self.shells])
-            of_cells = (self.mesh.centres, self.mesh.areas, thickness, by_cell(self.shells, range(len(self.shells))))
-            per = self.points.n // self.cells.n
-            self.over_neck = OverNeck(self.points, *(np.repeat(of, per, axis=0) for of in of_cells), f"over_neck{suffix}")
 
     def share_loads(self, areas: np.ndarray) -> None:
         """Forces and moments, shared by other areas (N,) of the nodes [m2]."""
@@ -189,8 +181,6 @@ class ShellGroup(Rest):
 
     def strain(self, now: Now) -> None:
         self.now = now
-        if self.over_neck is not None:
-            self.over_neck.look()
         self.internal.strain(self.every * now.dt)
 
     def events(self, now: Now) -> None:
@@ -373,5 +363,5 @@ class ShellGroup(Rest):
         """All that has fields or history; what the internal forces renew follows from nodes and cells."""
         cells = [self.cells] if self.cells is self.points else [self.cells, self.points]
         parts = [self.nodes, *cells, self.material, *self.loads.pools(), *self.events_of(), self.stable]
-        others = [part for part in (self.pressures, self.slow, self.over_neck) if part is not None]
+        others = [part for part in (self.pressures, self.slow) if part is not None]
         return [*parts, *self.internal.pools(), *self.calming(), *others]

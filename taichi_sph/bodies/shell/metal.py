@@ -141,8 +141,6 @@ def _damaged(cells: ti.template(), material: ti.template(), s, b, D, delayed, p,
     after, begins, ends = delayed, material.eps_d[b], material.eps_r[b]
     if ti.static(material.scatters):
         begins, ends = begins * cells.tough[s], ends * cells.tough[s]
-    if ti.static(material.averages):
-        p, dp = cells.mean[s], cells.mean[s] - cells.mean_before[s]
     if dp > 0.0:
         R = ductile.triaxiality(material.poisson[b], ratio2)
         D = ti.min(D + ductile.growth(p, dp, R, begins, ends, material.D_c[b]), 1.0)
@@ -226,10 +224,7 @@ def _section(cells: ti.template(), material: ti.template(), s, d: ti.template(),
         volume = material.thickness[b] * cells.area[s]
         D_1 = D_0
         if ti.static(material.damages):
-            flows = dp > 0.0
-            if ti.static(material.averages):
-                flows = cells.mean[s] > cells.mean_before[s]
-            if flows or cells.damage[s] > D_0:
+            if dp > 0.0 or cells.damage[s] > D_0:
                 if not _spared(cells, s):
                     ratio2 = von_mises.pressure2(stress, alpha) / ti.max(von_mises.equivalent2(stress, alpha, kappa), 1e-30)
                     D, D_r = _damaged(cells, material, s, b, cells.damage[s], D_0, p, dp, ratio2, dt)

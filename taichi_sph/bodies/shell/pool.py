@@ -83,11 +83,6 @@ class StressPoints(Pool):
         self.tough = self.field("tough", self.n, doc="over the mean of the material, the plastic strains of damage of this point")
         runtime.put(self.tough, tough)
 
-    def average(self) -> None:
-        """Damage follows the plastic strain in the mean over a neck (over_neck.py)."""
-        self.mean = self.field("mean", self.n, doc="plastic strain in the mean over a neck, before this step", keeps=True)
-        self.mean_before = self.field("mean_before", self.n, doc="the same a step before", keeps=True)
-
     def _metal(self, material: "MaterialPool", bends: bool, sheet: np.ndarray) -> None:
         """History of a metal (bodies/shell/metal.py); of a bent shell in layers, at every layer as well."""
         first = material.first[sheet]
@@ -230,8 +225,8 @@ CONSTANTS = {  # of a material: unit and meaning
 class MaterialPool(Pool):
     """Constants of the materials, one row a sheet (sections.py), as fields so that changing a number recompiles nothing.
 
-    Which laws there are (`yields`, `damages`, `scatters`, `averages`, `delays`, `breaks`; `remembers`: any history) is a constant of the run:
-    what a scene does not ask for is not compiled. All bodies of a pool have the same laws (build.laws).
+    Which laws there are (`yields`, `damages`, `scatters`, `delays`, `breaks`; `remembers`: any history) is a constant of the run: what
+    a scene does not ask for is not compiled. All bodies of a pool have the same laws (build.laws).
     """
 
     constants = CONSTANTS
@@ -243,7 +238,6 @@ class MaterialPool(Pool):
         self.yields = one.strength is not None
         self.damages = one.damage is not None
         self.scatters = getattr(one.damage, "scatter", None) is not None
-        self.averages = bool(getattr(one.damage, "over_neck", None))
         self.delays = one.delay is not None
         self.remembers = self.yields or self.damages
         self.breaks = one.critical_damage is not None

@@ -81,8 +81,6 @@ class Solid(Body):
         material = self.material
         if material.damage is not None and material.damage.kind == "mazars":
             raise ValueError(f"material.damage: 'mazars' is a law of shells, in plane stress; solid '{self.name}' takes 'concrete'")
-        if getattr(material.damage, "over_neck", None):
-            raise ValueError(f"material.damage.over_neck is of sheets, and '{self.name}' is a solid; leave it out")
         if getattr(material.damage, "scatter", None):
             raise ValueError(f"material.damage.scatter: not possible yet for solids, and '{self.name}' is one; leave it out")
         if getattr(material.damage, "necks", None):
