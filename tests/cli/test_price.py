@@ -81,7 +81,8 @@ def test_every_knob_of_a_tank_of_water():
     scene = load_scene(Path(__file__).parents[2] / "scenes" / "tank_leak.py")
     found = knobs(scene, ["quality", "level", "drag"])
     assert {
-        "water every 2",
+        "water every 1",
+        "water every 4",
         f"water alpha {3 * scene.fluids[0].alpha:.3g}",
         "water delta 0.1",
         "water contact pinballs",

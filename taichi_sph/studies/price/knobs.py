@@ -120,7 +120,7 @@ def _of_the_fluid(fluids: Sequence[Fluid], wets: bool) -> dict[str, Settings]:
     found |= {f"{name} alpha {a:.3g}": turned("alpha", a) for a in (fluid.alpha / 3, fluid.alpha * 3) if 0.0 < a <= 3.0}
     found |= {f"{name} delta {d:g}": turned("delta", d) for d in (0.0, 0.1) if d != fluid.delta}
     if wets:
-        found |= {f"{name} every {k}": turned("every", k) for k in (2, 4) if k != fluid.every}
+        found |= {f"{name} every {k}": turned("every", k) for k in (1, 2, 4) if k != (fluid.every or 1)}
         if fluid.contact is None:
             found[f"{name} contact pinballs"] = turned("contact", "pinballs")
     return found
