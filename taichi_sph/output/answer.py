@@ -31,6 +31,12 @@ OPTIONS = {
     "striker": "of {}", "fluid": "of {}", "mode": "of mode {}", "column": "of {}", "history": "in {}", "body": "of {}", "time": "at {}",
     "start": "from {}", "end": "to {}", "reference": "over {}",
 }  # fmt: skip
+MEANS = {  # of lengths that one might take for each other
+    "hole_diameter": "; of the material that is missing, not the hole that one sees (seen_diameter)",
+    "seen_diameter": "; between the lips, as one sees it",
+    "opening_diameter": "; as one sees through it along the flight",
+    "crack_opening": "; how far the lips of a crack moved apart",
+}
 OPEN = 5.0  # %: a closed residual above it is warned of
 ENOUGH = 10  # particles that have left: fewer make no rate
 PLAIN = ("surge_delay", "surge_deviation", "surge_speed")  # their start and end are no times
@@ -147,6 +153,19 @@ def _small_hole(body: BodyFrame) -> str:
     return f"a hole of {quantity_text(gap, 'm')} (the area of {count(cells)} broken stress point{'' if cells == 1 else 's'})"
 
 
+def _hole(f: fragments.Fragments, hole: fragments.Hole, first: bool) -> str:
+    """The hole that one sees, and the material that is missing there: two lengths."""
+    across, compact = fragments.lips(f, hole)
+    missing = quantity_text(hole.diameter, "m")
+    head = "a hole" if first else "another"
+    when = "" if first else f" at {quantity_text(hole.time, 's')}"
+    if across <= 0 or not compact:  # cracks run from it: its area is no circle
+        torn = f", open over {0.25e4 * math.pi * across**2:.3g} cm2 with its cracks" if across > 0 else ""
+        return f"{head} of {missing}{when} by what is missing of the sheet{torn}"
+    less = f"material as a disc of {missing} is missing" if first else f"{missing} missing"
+    return f"{head} of {quantity_text(across, 'm')}{when}, as one sees it between its lips ({less})"
+
+
 def _body(run: RunFolder, shell: Shell, named: bool) -> str:
     body = run.the("shell", shell.name).body(-1)
     head = f"{shell.name} cracked" if named else "Cracked"
@@ -191,8 +210,7 @@ def _rupture(run: RunFolder, shell: Shell) -> tuple[str, bool]:
     lengths = fragments.crack_lengths(body)
     parts = []
     for number, hole in enumerate(found[:3]):
-        text = f"a hole of {quantity_text(hole.diameter, 'm')} (what is missing of the sheet)"
-        parts.append(text if number == 0 else f"another of {quantity_text(hole.diameter, 'm')} at {quantity_text(hole.time, 's')}")
+        parts.append(_hole(f, hole, number == 0))
     torn = fragments.radial_cracks(body, fragments.struck_at(run, body))
     wide = max((hole.diameter for hole in found), default=0.0)
     if len(lengths) and lengths[0] > 3 * math.pi * max(wide, fragments.node_spacing(body.reference, body.cells)):
@@ -383,7 +401,7 @@ def answer(run: RunFolder, summary: dict[str, Any] | None = None) -> list[str]:
     doubted = doubted or unaccounted(summary.get("closed_residual_percent"), static)
     for name, entry in summary["quantities"].items():
         target = tolerance_text(entry, doubted)
-        lines.append(f"{in_words(name)}: {quantity_text(entry['value'], entry['unit'])}" + (f" ({target})" if target else ""))
+        lines.append(f"{in_words(name)}: {quantity_text(entry['value'], entry['unit'])}" + (f" ({target})" if target else "") + MEANS.get(name.partition("(")[0], ""))
     balance = []
     for key, title in (("B_percent", "balance B"), ("closed_residual_percent", "closed residual")):
         if summary.get(key) is not None:

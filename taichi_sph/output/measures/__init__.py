@@ -48,6 +48,7 @@ MEASURES: dict[str, tuple[Measure, str]] = {  # name -> function, unit
     "dust_mass": (fragments.dust_mass, "kg"),
     "plug_diameter": (fragments.plug_diameter, "m"),
     "hole_diameter": (fragments.hole_diameter, "m"),
+    "seen_diameter": (fragments.seen_diameter, "m"),
     "opening_diameter": (fragments.opening_diameter, "m"),
     "crack_opening": (fragments.crack_opening, "m"),
     "petals": (fragments.petals, ""),
