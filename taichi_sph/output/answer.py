@@ -401,7 +401,11 @@ def answer(run: RunFolder, summary: dict[str, Any] | None = None) -> list[str]:
     doubted = doubted or unaccounted(summary.get("closed_residual_percent"), static)
     for name, entry in summary["quantities"].items():
         target = tolerance_text(entry, doubted)
-        lines.append(f"{in_words(name)}: {quantity_text(entry['value'], entry['unit'])}" + (f" ({target})" if target else "") + MEANS.get(name.partition("(")[0], ""))
+        lines.append(
+            f"{in_words(name)}: {quantity_text(entry['value'], entry['unit'])}"
+            + (f" ({target})" if target else "")
+            + MEANS.get(name.partition("(")[0], "")
+        )
     balance = []
     for key, title in (("B_percent", "balance B"), ("closed_residual_percent", "closed residual")):
         if summary.get(key) is not None:
