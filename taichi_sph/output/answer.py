@@ -11,6 +11,7 @@ from ..frame import BodyFrame
 from ..scene import Scene, Shell
 from ..scene.instead import COARSE
 from .folder import RunFolder
+from .histories import History
 from .measures import cracks, fragments, leak, openings, perforation
 from .measures.pattern import SMALL, Pattern, pattern
 
@@ -31,6 +32,7 @@ OPTIONS = {
     "striker": "of {}", "fluid": "of {}", "mode": "of mode {}", "column": "of {}", "history": "in {}", "body": "of {}", "time": "at {}",
     "start": "from {}", "end": "to {}", "reference": "over {}",
 }  # fmt: skip
+MOST_GAUGES = 6  # that the answer names
 MEANS = {  # of lengths that one might take for each other
     "hole_diameter": "; of the material that is missing, not the hole that one sees (seen_diameter)",
     "seen_diameter": "; between the lips, as one sees it",
@@ -336,6 +338,34 @@ def _supports(run: RunFolder) -> list[str]:
     return [f"{one} ({bear}) at the end; the largest force{which} is {quantity_text(most[0], 'N')} at {quantity_text(most[2], 's')}."]
 
 
+def broke_at(history: History) -> float | None:
+    """When [s] the last cell of a strain gauge was found broken: the first sample without a number; None: it held."""
+    gone = np.flatnonzero(np.isnan(history["strain"]))
+    return float(history.time[gone[0]]) if len(gone) else None
+
+
+def _gauges(run: RunFolder) -> list[str]:
+    """What the strain gauges read: the most, the end, or when they broke with the shell."""
+    found = []
+    for gauge in run.scene.output.gauges[:MOST_GAUGES]:
+        if f"gauge_{gauge.name}" not in run.histories():
+            continue
+        history = run.history(f"gauge_{gauge.name}")
+        strain, end = history["strain"], broke_at(history)
+        known = np.flatnonzero(np.isfinite(strain))
+        the = f"Gauge {gauge.name.replace('_', ' ')}"
+        broke = None if end is None else f"its cells broke by {quantity_text(end, 's')}, after which it reads nothing (nan)"
+        if not len(known):
+            found.append(f"{the}: {broke or 'no sample'}.")
+            continue
+        most = int(known[np.argmax(np.abs(strain[known]))])
+        last = broke or f"{100 * strain[known[-1]]:.3g} % at the end"
+        found.append(f"{the}: {100 * strain[most]:.3g} % strain at the most, at {quantity_text(float(history.time[most]), 's')}; {last}.")
+    if (more := len(run.scene.output.gauges) - MOST_GAUGES) > 0 and found:
+        found.append(f"{more} more gauges: histories/gauge_*.csv.")
+    return found
+
+
 def unaccounted(residual: float | None, static: bool) -> bool:
     """Whether a closed residual [%] says that numbers are not to be trusted. That of a search for equilibrium says nothing of what it
     found: it is the error of the work, a sum of trapezoids from one equilibrium to the next."""
@@ -394,7 +424,7 @@ def answer(run: RunFolder, summary: dict[str, Any] | None = None) -> list[str]:
         lines = _struck(run, breakable)
     else:
         lines = [_body(run, shell, len(scene.shells) > 1) for shell in breakable]
-    lines += [*openings.too_narrow(run, quantity_text), *_supports(run)]
+    lines += [*openings.too_narrow(run, quantity_text), *_supports(run), *_gauges(run)]
     static = scene.static is not None
     told, doubted = equilibrium(run) if static else ([], False)
     lines += told

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
-from ..output.answer import in_words, quantity_text
+from ..output.answer import broke_at, in_words, quantity_text
 from ..output.folder import RunFolder
 from ..output.measures import column, perforation
 from ..output.measures import leak as leaking
@@ -244,6 +244,36 @@ def _mark(axes: plt.Axes, time: float | None, scale: float, through: tuple[plt.A
         f"first rupture at {show(time, 's')}", (time * scale, axes.get_ylim()[0]), xytext=(5, 12),
         textcoords="offset points", color="#b06a12", fontsize=9,
     )  # fmt: skip
+
+
+def gauges(run: RunFolder) -> Figure | None:
+    """Strain over time of all strain gauges; a cross where the cells of one broke, the most that it read then as its line's end."""
+    names = [name for name in run.histories() if name.startswith("gauge_")]
+    read = {name: history for name in names if len(history := run.history(name)) > 1}
+    if not read:
+        return None
+    scale, unit = time_scale(max(float(history.time[-1]) for history in read.values()))
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(8.6, 4.2), layout="constrained")
+        ends, right = [], max(float(history.time[-1]) for history in read.values()) * scale
+        for number, (name, history) in enumerate(read.items()):
+            colour, label = PALETTE[number % len(PALETTE)], name.removeprefix("gauge_").replace("_", " ")
+            strain = 100 * history["strain"]
+            axes.plot(history.time * scale, strain, color=colour, lw=1.6)
+            known = np.flatnonzero(np.isfinite(strain))
+            end = broke_at(history)
+            if end is not None:
+                axes.plot(end * scale, strain[known[-1]] if len(known) else 0.0, "x", color=colour, ms=8, mew=2)
+                label += f": broke by {end * scale:.3g} {unit}"
+            ends.append((float(strain[known[-1]]) if len(known) else 0.0, label, colour))
+        axes.axhline(0, color="#c3ccd3", lw=0.8)
+        axes.set_xlim(0, right)
+        if len(ends) <= len(PALETTE):
+            _direct_labels(axes, ends, right, 0.06)
+        axes.set_xlabel(f"time [{unit}]")
+        axes.set_ylabel("strain [%]")
+        axes.set_title(f"{run.scene.title}: strain gauges")
+    return figure
 
 
 def piston(run: RunFolder) -> Figure | None:

@@ -170,8 +170,8 @@ def _check_choice(scene: Scene, quantity: Quantity) -> None:
 
 
 def _check_history(scene: Scene, quantity: Quantity) -> None:
-    """SceneError for a history, or a column of one, that the scene itself says there will not be: of a probe, gauge, rigid body or leak. What
-    else there is, is known when the bodies are made (run/session.py)."""
+    """SceneError for a history, or a column of one, that the scene itself says there will not be: of a probe, gauge, rigid body or leak.
+    What else there is, is known when the bodies are made (run/session.py)."""
     known: dict[str, tuple[str, ...]] = {f"probe_{probe.name}": PROBE for probe in scene.output.probes}
     known |= {f"gauge_{gauge.name}": GAUGE for gauge in scene.output.gauges}
     known |= {f"{perforation.PREFIX}{rigid.name}": RIGID for rigid in scene.rigids}

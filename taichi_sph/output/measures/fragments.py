@@ -209,8 +209,8 @@ def surface(body: BodyFrame) -> SurfaceMesh:
 
 
 def seen(f: Fragments) -> tuple[np.ndarray, np.ndarray]:
-    """What one sees through: the region (M,) of each cell that is no live part of what is held (-1: it is one), and the area [m2] within the
-    lips of each region, as observers/opening.py has it."""
+    """What one sees through: the region (M,) of each cell that is no live part of what is held (-1: it is one), and the area [m2] within
+    the lips of each region, as observers/opening.py has it."""
     body = f.body
     corner = np.where(body.cells < 0, body.cells[:, :1], body.cells)
     whole = live(body) & ~f.gone[corner].any(axis=1)
