@@ -40,6 +40,7 @@ from ..scene.regions import Region
 from ..scene.solids import Made as Generated
 from ..scene.surfaces import BoxTank, Given, Plate, Roof
 from ..scene.units import show
+from .coarse import too_coarse
 from .counts import check_counts
 from .openings import too_narrow
 from .overlap import check_overlaps
@@ -125,6 +126,7 @@ class Plan:
     made: Made = field(compare=False, repr=False)
     counted: bool = False
     most_memory: int = 0
+    warnings: tuple[str, ...] = ()  # of what the run may answer wrongly
 
     @property
     def nodes(self) -> int:
@@ -154,11 +156,13 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     generated = [shell.surface for shell in scene.shells if not isinstance(shell.surface, Given) and shell.patch is None]
     given = len(generated) < len(scene.shells) or any(not isinstance(s.shape, Generated) or s.patch is not None for s in scene.solids)
     if sum(counts.values()) + HOLE * sum(len(surface.holes) for surface in generated) > large and not given:
+        rigids = {body.name: rigid_bodies.solid_of(body, scene) for body in scene.rigids}
         bodies = tuple(_counted_shell(shell, counts[shell.name], scene) for shell in scene.shells)
-        bodies += tuple(_rigid(rigid_bodies.solid_of(body, scene)) for body in scene.rigids)
+        bodies += tuple(map(_rigid, rigids.values()))
         bodies += tuple(_counted_fluid(fluid, counts[fluid.name], scene) for fluid in scene.fluids)
         bodies += tuple(_counted_solid(solid, scene) for solid in scene.solids)
-        return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second)
+        counted = _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second)
+        return replace(counted, warnings=tuple(too_coarse(scene, rigids, {})))
     made = make(scene, memory_there)
     _check_regions(scene, {**made.meshes, **made.solids})
     _check_cuts(scene, made.meshes)
@@ -176,7 +180,8 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     bodies += tuple(map(_rigid, rigids.values()))
     bodies += tuple(_fluid(fluid, made.fillings[fluid.name], scene, made.meshes) for fluid in scene.fluids)
     bodies += tuple(_solid_part(one, made, scene) for one in of_solids.parts(scene.solids))
-    return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second, made)
+    planned = _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second, made)
+    return replace(planned, warnings=tuple(too_coarse(scene, rigids, made.solids)))
 
 
 def _of_springs(scene: Scene, bodies: tuple[BodyPlan, ...]) -> dict[str, float]:

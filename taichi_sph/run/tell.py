@@ -29,6 +29,8 @@ def tell_plan(scene: Scene, p: Plan, progress: Progress) -> None:
             progress.say(f"  {note}")
     if p.counted:
         progress.say(f"  {p.nodes} nodes and particles are many: they are counted, not made; a run looks at regions, cuts and overlaps")
+    for warning in p.warnings:
+        progress.say(f"  beware: {warning}")
     n = scene.numerics
     progress.say(f"  {scene.formulations}, {n.precision}, duration {show(scene.duration, 's')}")
     memory = f"{bytes_text(p.memory)} ({bytes_text(p.memory / max(p.nodes, 1))} per node)"
