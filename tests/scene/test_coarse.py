@@ -41,12 +41,15 @@ def disc(spacing: float, balls: tuple[float, ...] = (9e-3,), **more) -> Scene:
 @pytest.mark.parametrize(
     "given, said",
     [
-        (dict(spacing=7e-3), ["2.6 spacings over 'ball0' (18 mm): below 3", "compare with numerics.spacing = 6 mm or less"]),
-        (dict(spacing=6e-3), []),
-        (dict(spacing=5e-3, balls=(9e-3, 6e-3)), ["over 'ball1' (12 mm)"]),
-        (dict(spacing=5e-3, balls=(9e-3, 6e-3), meetings=[Meeting(between=("ball1", "disc"), meet=False)]), []),
-        (dict(spacing=5e-3, balls=(), holes=(0.02, 7e-3)), ["2.8 spacings over holes[1] (14 mm)", "numerics.spacing = 4.6 mm or less"]),
-        (dict(spacing=5e-3, balls=(), holes=(0.02,)), []),
+        ({"spacing": 7e-3}, ["2.6 spacings over 'ball0' (18 mm): below 3", "compare with numerics.spacing = 6 mm or less"]),
+        ({"spacing": 6e-3}, []),
+        ({"spacing": 5e-3, "balls": (9e-3, 6e-3)}, ["over 'ball1' (12 mm)"]),
+        ({"spacing": 5e-3, "balls": (9e-3, 6e-3), "meetings": [Meeting(between=("ball1", "disc"), meet=False)]}, []),
+        (
+            {"spacing": 5e-3, "balls": (), "holes": (0.02, 7e-3)},
+            ["2.8 spacings over holes[1] (14 mm)", "numerics.spacing = 4.6 mm or less"],
+        ),
+        ({"spacing": 5e-3, "balls": (), "holes": (0.02,)}, []),
     ],
 )
 def test_fewer_than_three_spacings_are_told(given: dict, said: list[str]) -> None:
