@@ -14,7 +14,7 @@ import signal
 import threading
 import time as clock
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -26,6 +26,7 @@ from ..scene.units import show
 from . import speed
 from .draw import draw
 from .gate import LOG_FILE, SCENE_FILE, STOPPED, SUMMARY_FILE, check_out, checked_plan, default_out
+from .plan import Made, Plan
 from .progress import Pace, Progress, progress_line
 from .tell import contact_text, overlap_text, tell_plan
 
@@ -135,7 +136,7 @@ def run(
     progress = progress or Progress()
     planned = checked_plan(scene, arch)
     check_out(out, planned.disk)
-    tell_plan(scene, planned, progress)
+    tell_plan(scene, planned, progress, pictures)
     with locked(out, progress.say):
         with _signals() as asked:
             clocks = Clocks(command=command or f"taichi-sph run {out / SCENE_FILE}", threads=threads or os.cpu_count() or 1)
@@ -147,8 +148,15 @@ def run(
                 file.write(dump(scene))
             progress.log_to(out / LOG_FILE)
             session = _Session(scene, out, sim, arch, clocks, progress, asked, None)
+            session.planned = uncorrected(planned, speed.recall(scene, arch))
             session.compute()
         return session.finish(pictures)
+
+
+def uncorrected(planned: Plan, costs: speed.Costs) -> Plan:
+    """A plan as it is without what earlier runs took."""
+    drawing, writing = planned.drawing / costs.draw, planned.writing / costs.write
+    return replace(planned, seconds=planned.seconds / costs.pace, writing=writing, drawing=drawing, made=Made({}, {}))
 
 
 def resume(
@@ -255,6 +263,7 @@ class _Session:
 
         self.scene, self.out, self.sim, self.arch, self.clocks = scene, out, sim, arch, clocks
         self.progress, self.asked = progress, asked
+        self.planned: Plan | None = None  # without what was learnt; of a run from its start
         self.answered: str | None = None  # why the run may end before its duration
         self.frames_at = -1.0  # s, of the last frame
         self.energies = sim.energies()
@@ -426,10 +435,11 @@ class _Session:
             }
             summary = write_summary(folder, **counted, contact=sim.contact_report(), overlap=sim.overlap_report(), **how)
             lines = answer(folder, summary)
-        # shorter ones measure the start; a step of statics is no step
-        if c.advance > 1.0 and summary["steps"] >= FEW_STEPS and self.scene.increments is None:
-            speed.remember(self.scene, self.arch, summary["node_steps_per_second"])
+        began = clock.monotonic()
         drawn = draw(self.out, self.progress) if pictures else []
+        # shorter ones measure the start; one that went on was built twice
+        if self.planned is not None and summary["steps"] >= FEW_STEPS and self.answered is None:
+            speed.remember(self.scene, self.arch, self.planned, c.seconds | {"draw": clock.monotonic() - began if drawn else 0.0})
         if "contact" in summary:
             lines = [*lines, contact_text(summary["contact"])]
         if "overlap" in summary:
