@@ -265,6 +265,7 @@ class _Session:
         self.progress, self.asked = progress, asked
         self.planned: Plan | None = None  # without what was learnt; of a run from its start
         self.answered: str | None = None  # why the run may end before its duration
+        self.first: dict[str, float] | None = None  # a row of the energies that waits for the first step
         self.frames_at = -1.0  # s, of the last frame
         self.energies = sim.energies()
         self.frames = FramesWriter(out / "frames", resumed_at)
@@ -318,6 +319,7 @@ class _Session:
             self.progress.note(str(interrupt))
             raise
         finally:
+            self._begin()
             self.history.close()
             self.counts.close()
             for writer in (*self.probes.values(), *self.tracks.values()):
@@ -358,9 +360,14 @@ class _Session:
     def _events(self) -> None:
         before = clock.monotonic()
         sim = self.sim
+        if sim.step > 0:
+            self._begin()
         if self.sample.due(self._now):
             self.energies = sim.energies()
-            self.history.append(self.energies)
+            if sim.step == 0 and self.scene.increments is None and hasattr(sim, "given_at_start"):
+                self.first = self.energies  # what moves is known after the first step
+            else:
+                self.history.append(self.energies)
             self.counts.append({"time": sim.time, "step": sim.step, "dt": sim.dt, **sim.status()})
             for name, values in (sim.probes() if self.probes else {}).items():
                 self.probes[name].append({"time": sim.time, **values})
@@ -376,6 +383,14 @@ class _Session:
         if self.save.due(self._now):
             self._checkpoint("checkpoints")
         self.clocks.write += clock.monotonic() - before
+
+    def _begin(self) -> None:
+        """Writes the first row of the energies: that of what moves at t = 0, and what it was given, are those of the first step."""
+        if self.first is None:
+            return
+        row, self.first = self.first, None
+        told: dict[str, float] = getattr(self.sim, "given_at_start", {})
+        self.history.append(row | {key: value for key, value in told.items() if key in row})
 
     def keep(self) -> None:
         """A checkpoint now."""
