@@ -295,14 +295,19 @@ def close_up(run: RunFolder, shell: str, turn: np.ndarray, side: float) -> View 
 # --- the pages ------------------------------------------------------------------------------------
 
 
-def strip_instants(run: RunFolder, count: int = STRIP_TIMES) -> list[int]:
-    """Frames that show how it ruptured: the first with a rupture, those by which a third, two thirds and all of the broken cells broke, and
-    the end; then the middles of the longest gaps. Without a rupture even times; in a fluid the early ones stand closer, for its pressure
-    waves."""
-    times, last = run.frames().times, len(run.frames().times) - 1
+def strip_instants(run: RunFolder) -> list[int]:
+    """Frames that show how it ruptured."""
     broke = np.concatenate([np.zeros(0), *(_broke_at(file.body(-1)) for file in run.of_kind("shell"))])
+    return instants(np.asarray(run.frames().times), broke, bool(run.of_kind("fluid")))
+
+
+def instants(times: np.ndarray, broke: np.ndarray, fluid: bool, count: int = STRIP_TIMES) -> list[int]:
+    """Of frames at those times [s] the first with a rupture, those by which a third, two thirds and all of the broken cells broke, and the
+    end; then the middles of the longest gaps. broke (K,) [s]. Without a rupture even times; in a fluid the early ones stand closer, for
+    its pressure waves."""
+    last = len(times) - 1
     if not len(broke):
-        wanted = times[0] + (times[-1] - times[0]) * np.linspace(0, 1, count) ** (1.5 if run.of_kind("fluid") else 1.0)
+        wanted = times[0] + (times[-1] - times[0]) * np.linspace(0, 1, count) ** (1.5 if fluid else 1.0)
     else:
         wanted = np.append(np.quantile(broke, np.linspace(0, 1, count - 1)), times[-1])
         wanted[0] *= 1.05
