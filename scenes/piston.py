@@ -144,7 +144,7 @@ def scene(
     away = ("chariot", "cylinder", *(["plate"] if thin else []))
     return Scene(
         name="piston",
-        title=f"ONERA piston, {specimen}A{velocity:g}",
+        title=f"ONERA piston, specimen {specimen}, {velocity:g} m/s ({specimen}A{velocity:g})",
         source="T 5.2.4.1",
         gravity=(0, 0, -G),
         fluids=[

@@ -10,7 +10,14 @@ from scipy.sparse.csgraph import connected_components
 def opening(
     places: np.ndarray, cells: np.ndarray, sides: np.ndarray, areas: np.ndarray, broken: np.ndarray, loose: np.ndarray, whole: np.ndarray
 ) -> float:
-    """Area that is open [m2].
+    """Area that is open [m2]: that of all regions of `openings`."""
+    return float(openings(places, cells, sides, areas, broken, loose, whole)[1].sum()) if broken.any() else 0.0
+
+
+def openings(
+    places: np.ndarray, cells: np.ndarray, sides: np.ndarray, areas: np.ndarray, broken: np.ndarray, loose: np.ndarray, whole: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The region of each cell (M,), and the area that is open within each region [m2] (as many as cells, 0 beyond the last region).
 
     places (N, 3) [m] of the nodes now; cells (M, 4), -1 for a triangle's fourth corner; sides (R, 2) of edges: 4 * cell + side, -1 beyond
     a border (geometry/mesh.py); areas (M,) [m2] at t = 0; broken (M,) bool; loose (N,) bool: nodes without a live cell; whole (M,) bool:
@@ -20,8 +27,6 @@ def opening(
     sees through them at most. A crack is a row of broken cells and has no width at first: their areas are taken off. Those beside what
     has fallen out (a plug, a loose node) are not: the hole there is as wide as its lips are apart.
     """
-    if not broken.any():
-        return 0.0
     n, gone = len(cells), ~whole
     first, other = sides.T // 4
     inner = other >= 0
@@ -38,4 +43,4 @@ def opening(
     loops = np.zeros((n, 3))
     np.add.at(loops, region[cell], 0.5 * np.cross(places[a], places[b]))
     taken = np.bincount(region, np.where(gone & ~beside, areas, 0.0), minlength=n)
-    return float(np.clip(np.linalg.norm(loops, axis=1) - taken, 0.0, None).sum())
+    return region, np.clip(np.linalg.norm(loops, axis=1) - taken, 0.0, None)

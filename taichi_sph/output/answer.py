@@ -11,6 +11,7 @@ from ..frame import BodyFrame
 from ..scene import Scene, Shell
 from ..scene.instead import COARSE
 from .folder import RunFolder
+from .histories import History
 from .measures import cracks, fragments, leak, openings, perforation
 from .measures.pattern import SMALL, Pattern, pattern
 
@@ -31,6 +32,13 @@ OPTIONS = {
     "striker": "of {}", "fluid": "of {}", "mode": "of mode {}", "column": "of {}", "history": "in {}", "body": "of {}", "time": "at {}",
     "start": "from {}", "end": "to {}", "reference": "over {}",
 }  # fmt: skip
+MOST_GAUGES = 6  # that the answer names
+MEANS = {  # of lengths that one might take for each other
+    "hole_diameter": "; of the material that is missing, not the hole that one sees (seen_diameter)",
+    "seen_diameter": "; between the lips, as one sees it",
+    "opening_diameter": "; as one sees through it along the flight",
+    "crack_opening": "; how far the lips of a crack moved apart",
+}
 OPEN = 5.0  # %: a closed residual above it is warned of
 ENOUGH = 10  # particles that have left: fewer make no rate
 PLAIN = ("surge_delay", "surge_deviation", "surge_speed")  # their start and end are no times
@@ -147,6 +155,19 @@ def _small_hole(body: BodyFrame) -> str:
     return f"a hole of {quantity_text(gap, 'm')} (the area of {count(cells)} broken stress point{'' if cells == 1 else 's'})"
 
 
+def _hole(f: fragments.Fragments, hole: fragments.Hole, first: bool) -> str:
+    """The hole that one sees, and the material that is missing there: two lengths."""
+    across, compact = fragments.lips(f, hole)
+    missing = quantity_text(hole.diameter, "m")
+    head = "a hole" if first else "another"
+    when = "" if first else f" at {quantity_text(hole.time, 's')}"
+    if across <= 0 or not compact:  # cracks run from it: its area is no circle
+        torn = f", open over {0.25e4 * math.pi * across**2:.3g} cm2 with its cracks" if across > 0 else ""
+        return f"{head} of {missing}{when} by what is missing of the sheet{torn}"
+    less = f"material as a disc of {missing} is missing" if first else f"{missing} missing"
+    return f"{head} of {quantity_text(across, 'm')}{when}, as one sees it between its lips ({less})"
+
+
 def _body(run: RunFolder, shell: Shell, named: bool) -> str:
     body = run.the("shell", shell.name).body(-1)
     head = f"{shell.name} cracked" if named else "Cracked"
@@ -191,8 +212,7 @@ def _rupture(run: RunFolder, shell: Shell) -> tuple[str, bool]:
     lengths = fragments.crack_lengths(body)
     parts = []
     for number, hole in enumerate(found[:3]):
-        text = f"a hole of {quantity_text(hole.diameter, 'm')} (what is missing of the sheet)"
-        parts.append(text if number == 0 else f"another of {quantity_text(hole.diameter, 'm')} at {quantity_text(hole.time, 's')}")
+        parts.append(_hole(f, hole, number == 0))
     torn = fragments.radial_cracks(body, fragments.struck_at(run, body))
     wide = max((hole.diameter for hole in found), default=0.0)
     if len(lengths) and lengths[0] > 3 * math.pi * max(wide, fragments.node_spacing(body.reference, body.cells)):
@@ -318,6 +338,34 @@ def _supports(run: RunFolder) -> list[str]:
     return [f"{one} ({bear}) at the end; the largest force{which} is {quantity_text(most[0], 'N')} at {quantity_text(most[2], 's')}."]
 
 
+def broke_at(history: History) -> float | None:
+    """When [s] the last cell of a strain gauge was found broken: the first sample without a number; None: it held."""
+    gone = np.flatnonzero(np.isnan(history["strain"]))
+    return float(history.time[gone[0]]) if len(gone) else None
+
+
+def _gauges(run: RunFolder) -> list[str]:
+    """What the strain gauges read: the most, the end, or when they broke with the shell."""
+    found = []
+    for gauge in run.scene.output.gauges[:MOST_GAUGES]:
+        if f"gauge_{gauge.name}" not in run.histories():
+            continue
+        history = run.history(f"gauge_{gauge.name}")
+        strain, end = history["strain"], broke_at(history)
+        known = np.flatnonzero(np.isfinite(strain))
+        the = f"Gauge {gauge.name.replace('_', ' ')}"
+        broke = None if end is None else f"its cells broke by {quantity_text(end, 's')}, after which it reads nothing (nan)"
+        if not len(known):
+            found.append(f"{the}: {broke or 'no sample'}.")
+            continue
+        most = int(known[np.argmax(np.abs(strain[known]))])
+        last = broke or f"{100 * strain[known[-1]]:.3g} % at the end"
+        found.append(f"{the}: {100 * strain[most]:.3g} % strain at the most, at {quantity_text(float(history.time[most]), 's')}; {last}.")
+    if (more := len(run.scene.output.gauges) - MOST_GAUGES) > 0 and found:
+        found.append(f"{more} more gauges: histories/gauge_*.csv.")
+    return found
+
+
 def unaccounted(residual: float | None, static: bool) -> bool:
     """Whether a closed residual [%] says that numbers are not to be trusted. That of a search for equilibrium says nothing of what it
     found: it is the error of the work, a sum of trapezoids from one equilibrium to the next."""
@@ -376,14 +424,18 @@ def answer(run: RunFolder, summary: dict[str, Any] | None = None) -> list[str]:
         lines = _struck(run, breakable)
     else:
         lines = [_body(run, shell, len(scene.shells) > 1) for shell in breakable]
-    lines += [*openings.too_narrow(run, quantity_text), *_supports(run)]
+    lines += [*openings.too_narrow(run, quantity_text), *_supports(run), *_gauges(run)]
     static = scene.static is not None
     told, doubted = equilibrium(run) if static else ([], False)
     lines += told
     doubted = doubted or unaccounted(summary.get("closed_residual_percent"), static)
     for name, entry in summary["quantities"].items():
         target = tolerance_text(entry, doubted)
-        lines.append(f"{in_words(name)}: {quantity_text(entry['value'], entry['unit'])}" + (f" ({target})" if target else ""))
+        lines.append(
+            f"{in_words(name)}: {quantity_text(entry['value'], entry['unit'])}"
+            + (f" ({target})" if target else "")
+            + MEANS.get(name.partition("(")[0], "")
+        )
     balance = []
     for key, title in (("B_percent", "balance B"), ("closed_residual_percent", "closed residual")):
         if summary.get(key) is not None:

@@ -261,6 +261,8 @@ def render_run(folder: Path | str, notice: Callable[[str], None] | None = None, 
             figure = plots.energies(run, f"{run.scene.title}: energy")
             if figure is not None:
                 paths.append(_save(figure, run.pictures / "energies.png"))
+        if (figure := plots.gauges(run)) is not None:
+            paths.append(_save(figure, run.pictures / "gauges.png"))
         for name in run.histories():
             if name.startswith("crack_tip"):
                 figure = plots.crack_tip(run, f"{run.scene.title}: tip of the crack", name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -9,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
-from ..output.answer import in_words, quantity_text
+from ..output.answer import SCALES, broke_at, in_words, quantity_text
 from ..output.folder import RunFolder
 from ..output.measures import column, perforation
 from ..output.measures import leak as leaking
@@ -20,6 +21,7 @@ from ..scene.units import show
 PALETTE = ("#1b4f80", "#c8402f", "#e0912f", "#4b8f5a", "#7a5aa6", "#3aa0a8", "#8c6d46", "#d26fa5", "#6b7680", "#a8b545")
 SOFT_LINE = "#6b7680"
 CLASSES, FEW = 4, 20  # classes of mass in a decade; pieces of several nodes below which there is no statistics
+NARROW = 34  # letters in a line below a chart of targets
 SLOW = 0.3  # of the Rayleigh speed: below, its line is left out
 PERCENT = {"B_percent": ("balance B (T)", "#1b4f80"), "closed_residual_percent": ("closed residual", "#c8402f")}
 STYLE: dict[Any, Any] = {
@@ -168,6 +170,14 @@ def _bifurcation(run: RunFolder, body: str) -> float | None:
     return measure("bifurcation_time", run, {"body": body})
 
 
+def _suiting(largest: float, unit: str) -> tuple[float, str]:
+    """Factor and name of the multiple of a unit in which values up to `largest` are told."""
+    for size, name in SCALES.get(unit, ()):
+        if 0 < largest < 999.5 * size:
+            return 1 / size, name
+    return 1.0, unit
+
+
 def targets(summary: dict[str, Any]) -> Figure:
     """The quantities of a study that have a target, a row for each case and a column for each quantity: the value as a
     dot, red where it misses the band of what is expected."""
@@ -183,17 +193,20 @@ def targets(summary: dict[str, Any]) -> Figure:
             1, len(rows), sharey=True, squeeze=False, figsize=(4.2 + 3.2 * len(rows), 1.4 + 0.26 * len(cases)), layout="constrained"
         )
         for axes, (quantity, found) in zip(columns[0], rows.items(), strict=True):
+            scale, unit = _suiting(max(abs(entry["value"]) for _, entry in found), found[0][1].get("unit", ""))
             for case, entry in found:
-                y, low = place[case], entry["target"] - entry["tolerance"]
-                axes.barh(y, 2 * entry["tolerance"], left=low, height=0.75, color="#dfe6e4")
-                axes.plot([entry["target"]] * 2, [y - 0.375, y + 0.375], color="#8a969c", lw=1)
-                axes.plot(entry["value"], y, "o", ms=5, color="#1b4f80" if entry["met"] else "#c8402f")
-                axes.annotate(f"{entry['value']:.4g}", (1.0, y), xycoords=("axes fraction", "data"), xytext=(4, 0),
+                target, tolerance, value = (entry[key] * scale for key in ("target", "tolerance", "value"))
+                y = place[case]
+                axes.barh(y, 2 * tolerance, left=target - tolerance, height=0.75, color="#dfe6e4")
+                axes.plot([target] * 2, [y - 0.375, y + 0.375], color="#8a969c", lw=1)
+                axes.plot(value, y, "o", ms=5, color="#1b4f80" if entry["met"] else "#c8402f")
+                axes.annotate(f"{value:.4g}", (1.0, y), xycoords=("axes fraction", "data"), xytext=(4, 0),
                               textcoords="offset points", va="center", fontsize=8, color="#5a6670")  # fmt: skip
             axes.set_yticks(list(place.values()), list(place))
-            axes.set_xlabel(in_words(quantity))
+            axes.set_xlabel(textwrap.fill(in_words(quantity) + (f" [{unit}]" if unit else ""), NARROW), fontsize=9)
             axes.tick_params(labelsize=8, length=2.5)
-            axes.locator_params(axis="x", nbins=6)
+            axes.locator_params(axis="x", nbins=5)
+            axes.ticklabel_format(axis="x", useOffset=False)
         figure.suptitle(f"{summary['title']}: numbers beside what is expected (grey)", x=0.01, ha="left", fontsize=11, weight="bold")
     return figure
 
@@ -244,6 +257,36 @@ def _mark(axes: plt.Axes, time: float | None, scale: float, through: tuple[plt.A
         f"first rupture at {show(time, 's')}", (time * scale, axes.get_ylim()[0]), xytext=(5, 12),
         textcoords="offset points", color="#b06a12", fontsize=9,
     )  # fmt: skip
+
+
+def gauges(run: RunFolder) -> Figure | None:
+    """Strain over time of all strain gauges; a cross where the cells of one broke, the most that it read then as its line's end."""
+    names = [name for name in run.histories() if name.startswith("gauge_")]
+    read = {name: history for name in names if len(history := run.history(name)) > 1}
+    if not read:
+        return None
+    scale, unit = time_scale(max(float(history.time[-1]) for history in read.values()))
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(8.6, 4.2), layout="constrained")
+        ends, right = [], max(float(history.time[-1]) for history in read.values()) * scale
+        for number, (name, history) in enumerate(read.items()):
+            colour, label = PALETTE[number % len(PALETTE)], name.removeprefix("gauge_").replace("_", " ")
+            strain = 100 * history["strain"]
+            axes.plot(history.time * scale, strain, color=colour, lw=1.6)
+            known = np.flatnonzero(np.isfinite(strain))
+            end = broke_at(history)
+            if end is not None:
+                axes.plot(end * scale, strain[known[-1]] if len(known) else 0.0, "x", color=colour, ms=8, mew=2)
+                label += f": broke by {end * scale:.3g} {unit}"
+            ends.append((float(strain[known[-1]]) if len(known) else 0.0, label, colour))
+        axes.axhline(0, color="#c3ccd3", lw=0.8)
+        axes.set_xlim(0, right)
+        if len(ends) <= len(PALETTE):
+            _direct_labels(axes, ends, right, 0.06)
+        axes.set_xlabel(f"time [{unit}]")
+        axes.set_ylabel("strain [%]")
+        axes.set_title(f"{run.scene.title}: strain gauges")
+    return figure
 
 
 def piston(run: RunFolder) -> Figure | None:

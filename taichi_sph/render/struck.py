@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from matplotlib.figure import Figure
 
+from ..bodies.shell.said import PARTICLES
 from ..frame import BodyFrame
 from ..output.folder import RunFolder
 from ..output.measures.fragments import flight, fragments, ruptured, thrown_solids
 from ..output.measures.leak import tanks
 from ..output.measures.pattern import cell_centres, node_spacing
-from ..output.measures.perforation import first_rupture
 from . import plots
 from .backend import Backend
 from .panel import DAMAGE, PLASTIC, PRESSURE, SPRAY, UPRIGHT, Look, View, oblique
@@ -30,6 +30,7 @@ AROUND = 0.5  # of its width, how far from a shell things are still shown
 LONGER = 1.2  # along x over along y, from which on a section without a striker lies along x
 PLANE = 3.0  # sizes of all shells together: a ball of a larger radius is not drawn
 LARGE = 0.1  # of a shell's width: a striker of a larger radius is halved in sections
+SMALL = 0.5  # of the overview's height: smaller shells are shown alone in a window of their own
 DROP = 0.6  # of its diameter: how large a particle is drawn once it is out
 CLOSE = 1.35  # the close-up shows this much more than the broken cells
 NEAR_ENOUGH = 0.8  # a close-up that shows more of the body than this is left out
@@ -294,14 +295,35 @@ def close_up(run: RunFolder, shell: str, turn: np.ndarray, side: float) -> View 
 # --- the pages ------------------------------------------------------------------------------------
 
 
-def strip_instants(run: RunFolder, count: int = STRIP_TIMES) -> list[int]:
-    """Frames from the first rupture (or the start) to the end, at even times; in a fluid the early ones stand closer, for
+def strip_instants(run: RunFolder) -> list[int]:
+    """Frames that show how it ruptured."""
+    broke = np.concatenate([np.zeros(0), *(_broke_at(file.body(-1)) for file in run.of_kind("shell"))])
+    return instants(np.asarray(run.frames().times), broke, bool(run.of_kind("fluid")))
+
+
+def instants(times: np.ndarray, broke: np.ndarray, fluid: bool, count: int = STRIP_TIMES) -> list[int]:
+    """Of frames at those times [s] the first with a rupture, those by which a third, two thirds and all of the broken cells broke, and the
+    end; then the middles of the longest gaps. broke (K,) [s]. Without a rupture even times; in a fluid the early ones stand closer, for
     its pressure waves."""
-    times = run.frames().times
-    first = first_rupture(run)
-    start = times[0] if first is None else min(1.05 * first, times[-1])
-    wanted = start + (times[-1] - start) * np.linspace(0, 1, count) ** (1.5 if run.of_kind("fluid") else 1.0)
-    return sorted({min(int(np.searchsorted(times, t * (1 - 1e-9))), len(times) - 1) for t in wanted})
+    last = len(times) - 1
+    if not len(broke):
+        wanted = times[0] + (times[-1] - times[0]) * np.linspace(0, 1, count) ** (1.5 if fluid else 1.0)
+    else:
+        wanted = np.append(np.quantile(broke, np.linspace(0, 1, count - 1)), times[-1])
+        wanted[0] *= 1.05
+    found = {min(int(np.searchsorted(times, t * (1 - 1e-9))), last) for t in wanted}
+    while len(found) < min(count, last):
+        chosen = sorted(found)
+        gap, start = max((b - a, a) for a, b in zip(chosen, chosen[1:])) if len(chosen) > 1 else (0, 0)
+        if gap < 2:
+            break
+        found.add(start + gap // 2)
+    return sorted(found)
+
+
+def _broke_at(body: BodyFrame) -> np.ndarray:
+    """When [s] the cells of a shell broke that did during the run."""
+    return np.asarray(body.cell_data["rupture_time"], dtype=float)[ruptured(body)] if "rupture_time" in body.cell_data else np.zeros(0)
 
 
 def _when(run: RunFolder, index: int) -> str:
@@ -344,11 +366,15 @@ def free_strip(run: RunFolder, looks: Looks, field: str, backend: Backend, insta
 
 
 def views_of(run: RunFolder, instants: Sequence[int]) -> dict[str, View]:
-    """Windows of the overviews that hold all `instants`, all of one height, so that a page has one scale."""
+    """Windows of the overviews that hold all `instants`, all of one height, so that a page has one scale. "dry", of the shells alone: that
+    of the front, or their own where they are small in it."""
     s, points = sides(run), shown_points(run, instants)
     views = {name: window(points, getattr(s, name)) for name in ("front", "back", "section")}
     tall = max(v.y1 - v.y0 for v in views.values())
-    return {name: replace(v, y0=(v.y0 + v.y1 - tall) / 2, y1=(v.y0 + v.y1 + tall) / 2) for name, v in views.items()}
+    views = {name: replace(v, y0=(v.y0 + v.y1 - tall) / 2, y1=(v.y0 + v.y1 + tall) / 2) for name, v in views.items()}
+    held = [b.points[~fragments(b).gone] for i in instants for b in bodies_at(run, i) if b.kind == "shell"]
+    own = window(np.concatenate([*held, run.of_kind("shell")[0].body(0).reference]), s.front)
+    return views | {"dry": own if max(own.x1 - own.x0, own.y1 - own.y0) < SMALL * tall else views["front"]}
 
 
 def shots_at(run: RunFolder, index: int, looks: Looks, views: dict[str, View], names: Sequence[str], prefix: str = "") -> list[Shot]:
@@ -366,7 +392,7 @@ def shots_at(run: RunFolder, index: int, looks: Looks, views: dict[str, View], n
         shown = cut_open(bodies, middles(run), s.removed) if inside else dry(bodies) if name == "dry" else outside_only(bodies)
         text = f"{prefix}{', ' if prefix else ''}{titles[name]}"
         wet, cut = (looks.pressure, halved) if inside else (looks.speed, None)
-        found.append(Shot(shown, views["front" if name == "dry" else name], text, looks.shell, wet, cut))
+        found.append(Shot(shown, views[name], text, looks.shell, wet, cut))
     return found
 
 
@@ -375,39 +401,43 @@ def final_page(run: RunFolder, looks: Looks, backend: Backend, subtitle: str, in
     names = ("front", "section", "dry", "back") if run.of_kind("fluid") else ("front", "section", "back")
     now = replace(looks, pressure=pressure_look([run], [index]))
     rows = [shots_at(run, index, now, views_of(run, [index]), names)]
-    s, shells, close = sides(run), [file.name for file in run.of_kind("shell")], []
+    s, shells, close = sides(run), list(dict.fromkeys(file.name.removesuffix(PARTICLES) for file in run.of_kind("shell"))), []
     for shell in shells:
         whose = f"{shell}, " if len(shells) > 1 else ""
+        parts = [run.frames(name).body(index) for name in dict.fromkeys((shell, run.torn(shell)))]  # elements, too
         for turn, side, name in ((s.front, -1.0, "struck side, close"), (s.back, 1.0, "rear side, close")):
-            view = close_up(run, shell, turn, side)
+            view = close_up(run, run.torn(shell), turn, side)
             if view is not None:
-                close.append(Shot([run.frames(shell).body(index)], view, whose + name, looks.shell))
+                close.append(Shot(parts, view, whose + name, looks.shell))
     rows += [close[k : k + 2] for k in range(0, len(close), 2)]
     return sheet(rows, run.scene.title, subtitle, backend, dpi)
 
 
 def strip_page(run: RunFolder, looks: Looks, backend: Backend, subtitle: str, instants: Sequence[int]) -> Figure:
-    """Some instants: cut open above; below from behind where it is flat, from the struck side where it is a tank."""
+    """Some instants: cut open above; below from behind where it is flat, from the struck side where it is a tank; where there is water,
+    which would hide how the shell tears, the shell alone."""
     views, looks = views_of(run, instants), replace(looks, pressure=pressure_look([run], instants))
-    outer = "back" if abs(sides(run).direction @ UPRIGHT) > 0.9 else "front"
+    outer = "dry" if run.of_kind("fluid") else "back" if abs(sides(run).direction @ UPRIGHT) > 0.9 else "front"
     columns = [shots_at(run, i, looks, views, ("section", outer), _when(run, i)) for i in instants]
     columns = [columns[0]] + [[replace(s, name=_when(run, i)) for s in c] for c, i in zip(columns[1:], instants[1:], strict=True)]
     return sheet([[c[0] for c in columns], [c[1] for c in columns]], run.scene.title, subtitle, backend)
 
 
 def compare_page(runs: Sequence[RunFolder], names: Sequence[str], title: str, backend: Backend) -> Figure:
-    """The ends of several runs side by side, from outside and cut open, to one scale and in the same colours."""
+    """The ends of several runs side by side, from outside (with water: the shell alone, which it hides) and cut open, to one scale and
+    in the same colours."""
     looks = looks_of(runs, [-1])
     rows: list[list[Shot]] = [[], []]
     boxes = [views_of(run, [-1]) for run in runs]
     unlike = False
-    for name in ("front", "section"):
+    outer = "dry" if any(run.of_kind("fluid") for run in runs) else "front"
+    for name in (outer, "section"):
         shared = together([box[name] for box in boxes])
         unlike = unlike or isinstance(shared, list)
         for k, box in enumerate(boxes):
             box[name] = replace(shared[k] if isinstance(shared, list) else shared, turn=box[name].turn)
     for run, box, name in zip(runs, boxes, names, strict=True):
-        front, section = shots_at(run, -1, looks, box, ("front", "section"), f"{name}, {_when(run, len(run.frames()) - 1)}")
+        front, section = shots_at(run, -1, looks, box, (outer, "section"), f"{name}, {_when(run, len(run.frames()) - 1)}")
         rows[0].append(front)
         rows[1].append(section)
     if all(shot.view.aspect > 1 for row in rows for shot in row) and len(runs) <= 3:  # tall bodies stand side by side

@@ -20,7 +20,9 @@ SCENE_FILE, SUMMARY_FILE, LOG_FILE, STOPPED = "scene.json", "summary.json", "log
 
 
 def default_out(scene: Scene | Study) -> Path:
-    return Path("runs") / f"{scene.name}-{scene.quality}"
+    """runs/<scene>-<quality>; of a scene with specimens runs/<scene>-<specimen>-<quality>."""
+    parts = (scene.name, scene.parameters.get("specimen"), scene.quality)
+    return Path("runs") / "-".join(str(part) for part in parts if part)
 
 
 def checked_plan(scene: Scene, arch: str, large: float = math.inf) -> Plan:

@@ -40,6 +40,8 @@ from ..scene.regions import Region
 from ..scene.solids import Made as Generated
 from ..scene.surfaces import BoxTank, Given, Plate, Roof
 from ..scene.units import show
+from . import speed
+from .coarse import too_coarse
 from .counts import check_counts
 from .openings import too_narrow
 from .overlap import check_overlaps
@@ -96,6 +98,7 @@ class BodyPlan:
     note: str = ""
     memory: float = 0.0
     every: int = 1
+    rate: float = speed.OTHER  # s a node and step
     more_nodes: int = 0  # and bytes: where all of a patch that grows has grown
     more_memory: float = 0.0
 
@@ -125,10 +128,18 @@ class Plan:
     made: Made = field(compare=False, repr=False)
     counted: bool = False
     most_memory: int = 0
+    warnings: tuple[str, ...] = ()  # of what the run may answer wrongly
+    compiling: float = 0.0  # s, beside `seconds` of stepping
+    writing: float = 0.0
+    drawing: float = 0.0
 
     @property
     def nodes(self) -> int:
         return sum(body.nodes for body in self.bodies)
+
+    def total(self, pictures: bool = True) -> float:
+        """Seconds of the whole run, with or without pictures, where no patch grows."""
+        return speed.BEGIN + self.seconds + self.compiling + self.writing + (self.drawing if pictures else 0.0)
 
     @property
     def most(self) -> float:
@@ -146,19 +157,21 @@ def make(scene: Scene, memory_there: int | None = None) -> Made:
     return Made(meshes, {f.name: fill_fluid(f, scene, meshes) for f in scene.fluids}, splits, solids)
 
 
-def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.inf) -> Plan:
-    """Checks the scene against its meshes (SceneError) and estimates the run. large: nodes and particles beyond which it makes none and
-    judges by their counts alone; a hole counts as some of them."""
+def plan(scene: Scene, costs: speed.Costs | None = None, large: float = math.inf) -> Plan:
+    """Checks the scene against its meshes (SceneError) and estimates the run. costs: of runs before. large: nodes and particles beyond
+    which it makes none and judges by their counts alone; a hole counts as some of them."""
     memory_there = files.memory()
     counts = check_counts(scene, memory_there)  # before anything is made
     generated = [shell.surface for shell in scene.shells if not isinstance(shell.surface, Given) and shell.patch is None]
     given = len(generated) < len(scene.shells) or any(not isinstance(s.shape, Generated) or s.patch is not None for s in scene.solids)
     if sum(counts.values()) + HOLE * sum(len(surface.holes) for surface in generated) > large and not given:
+        rigids = {body.name: rigid_bodies.solid_of(body, scene) for body in scene.rigids}
         bodies = tuple(_counted_shell(shell, counts[shell.name], scene) for shell in scene.shells)
-        bodies += tuple(_rigid(rigid_bodies.solid_of(body, scene)) for body in scene.rigids)
+        bodies += tuple(map(_rigid, rigids.values()))
         bodies += tuple(_counted_fluid(fluid, counts[fluid.name], scene) for fluid in scene.fluids)
         bodies += tuple(_counted_solid(solid, scene) for solid in scene.solids)
-        return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second)
+        counted = _estimated(scene, (*bodies, *map(_other, scene.others)), costs)
+        return replace(counted, warnings=tuple(too_coarse(scene, rigids, {})))
     made = make(scene, memory_there)
     _check_regions(scene, {**made.meshes, **made.solids})
     _check_cuts(scene, made.meshes)
@@ -176,7 +189,8 @@ def plan(scene: Scene, node_steps_per_second: float = 1e6, large: float = math.i
     bodies += tuple(map(_rigid, rigids.values()))
     bodies += tuple(_fluid(fluid, made.fillings[fluid.name], scene, made.meshes) for fluid in scene.fluids)
     bodies += tuple(_solid_part(one, made, scene) for one in of_solids.parts(scene.solids))
-    return _estimated(scene, (*bodies, *map(_other, scene.others)), node_steps_per_second, made)
+    planned = _estimated(scene, (*bodies, *map(_other, scene.others)), costs, made)
+    return replace(planned, warnings=tuple(too_coarse(scene, rigids, made.solids)))
 
 
 def _of_springs(scene: Scene, bodies: tuple[BodyPlan, ...]) -> dict[str, float]:
@@ -193,7 +207,7 @@ def _of_springs(scene: Scene, bodies: tuple[BodyPlan, ...]) -> dict[str, float]:
     return found
 
 
-def _estimated(scene: Scene, bodies: tuple[BodyPlan, ...], node_steps_per_second: float, made: Made | None = None) -> Plan:
+def _estimated(scene: Scene, bodies: tuple[BodyPlan, ...], costs: speed.Costs | None = None, made: Made | None = None) -> Plan:
     """Steps, memory, disk and seconds of bodies that are planned; SceneError for too many steps."""
     nodes = sum(body.nodes for body in bodies)
     dt = min(body.dt / body.every for body in bodies)  # of the clock
@@ -212,7 +226,8 @@ def _estimated(scene: Scene, bodies: tuple[BodyPlan, ...], node_steps_per_second
     if scene.increments is not None:
         steps = scene.increments
         dt, work = scene.duration / steps, steps * RELAXATION
-    seconds = sum(body.nodes / body.every for body in bodies) * work / node_steps_per_second
+    costs = costs or speed.Costs()
+    seconds = costs.pace * speed.stepping(scene, bodies, work)
     if _by_newton(scene, nodes):
         seconds = steps * nodes * NEWTON
     out, single = scene.output, SINGLE if scene.numerics.precision == "f32" else 1.0
@@ -225,6 +240,9 @@ def _estimated(scene: Scene, bodies: tuple[BodyPlan, ...], node_steps_per_second
         most_memory=round(sum(body.memory + body.more_memory for body in bodies) * single),
         disk=round(nodes * per_node + out.samples * 200 + 1e6),
         seconds=seconds,
+        compiling=speed.compiling(scene, costs),
+        writing=costs.write * speed.writing(scene, nodes, steps),
+        drawing=costs.draw * speed.drawing(scene, nodes),
         made=made or Made({}, {}),
         counted=made is None,
     )
@@ -335,6 +353,7 @@ def _shell(
         note=note,
         memory=size[0] * (BYTES_PER_NODE[n.formulation.kind, kind] + (BENDING_BYTES_PER_NODE if shell.motion == "free" else 0)),
         every=shell.every or 1,
+        rate=speed.RATE[speed.kind_of(shell)],
     )
 
 
@@ -363,6 +382,7 @@ def _rigid(solid: rigid_bodies.Solid) -> BodyPlan:
         spacing_min=2 * min(radii),
         spacing_max=2 * max(radii),
         dt=math.inf,
+        rate=0.0,
         note=(note if body.free else "rigid, held" if body.held else "rigid, driven") + surface,
     )
 
@@ -403,6 +423,7 @@ def _of_particles(
         note=note,
         memory=FLUID_BYTES_PER_PARTICLE * n,
         every=fluid.every or 1,
+        rate=speed.RATE["fluid"],
     )
 
 
@@ -459,6 +480,7 @@ def _of_cells(solid: Solid, scene: Scene, size: tuple[int, int], mass: float, fi
         dt=scene.numerics.time_step_safety * SOLID_STEP[kind] * finest / m.wave_speed / hastened(m),
         note=note,
         memory=size[0] * SOLID_BYTES_PER_NODE[kind],
+        rate=speed.RATE[speed.kind_of(solid)],
     )
 
 

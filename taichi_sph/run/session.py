@@ -14,7 +14,7 @@ import signal
 import threading
 import time as clock
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -26,6 +26,7 @@ from ..scene.units import show
 from . import speed
 from .draw import draw
 from .gate import LOG_FILE, SCENE_FILE, STOPPED, SUMMARY_FILE, check_out, checked_plan, default_out
+from .plan import Made, Plan
 from .progress import Pace, Progress, progress_line
 from .tell import contact_text, overlap_text, tell_plan
 
@@ -136,7 +137,7 @@ def run(
     progress = progress or Progress()
     planned = checked_plan(scene, arch)
     check_out(out, planned.disk)
-    tell_plan(scene, planned, progress)
+    tell_plan(scene, planned, progress, pictures)
     with locked(out, progress.say):
         with _signals() as asked:
             clocks = Clocks(command=command or f"taichi-sph run {out / SCENE_FILE}", threads=threads or os.cpu_count() or 1)
@@ -148,8 +149,15 @@ def run(
                 file.write(dump(scene))
             progress.log_to(out / LOG_FILE)
             session = _Session(scene, out, sim, arch, clocks, progress, asked, None)
+            session.planned = uncorrected(planned, speed.recall(scene, arch))
             session.compute()
         return session.finish(pictures)
+
+
+def uncorrected(planned: Plan, costs: speed.Costs) -> Plan:
+    """A plan as it is without what earlier runs took."""
+    drawing, writing = planned.drawing / costs.draw, planned.writing / costs.write
+    return replace(planned, seconds=planned.seconds / costs.pace, writing=writing, drawing=drawing, made=Made({}, {}))
 
 
 def resume(
@@ -287,7 +295,9 @@ class _Session:
 
         self.scene, self.out, self.sim, self.arch, self.clocks = scene, out, sim, arch, clocks
         self.progress, self.asked = progress, asked
+        self.planned: Plan | None = None  # without what was learnt; of a run from its start
         self.answered: str | None = None  # why the run may end before its duration
+        self.first: dict[str, float] | None = None  # a row of the energies that waits for the first step
         self.frames_at = -1.0  # s, of the last frame
         self.energies = sim.energies()
         self.frames = FramesWriter(out / "frames", resumed_at)
@@ -341,6 +351,7 @@ class _Session:
             self.progress.note(str(interrupt))
             raise
         finally:
+            self._begin()
             self.history.close()
             self.counts.close()
             for writer in (*self.probes.values(), *self.tracks.values()):
@@ -381,9 +392,14 @@ class _Session:
     def _events(self) -> None:
         before = clock.monotonic()
         sim = self.sim
+        if sim.step > 0:
+            self._begin()
         if self.sample.due(self._now):
             self.energies = sim.energies()
-            self.history.append(self.energies)
+            if sim.step == 0 and self.scene.increments is None and hasattr(sim, "given_at_start"):
+                self.first = self.energies  # what moves is known after the first step
+            else:
+                self.history.append(self.energies)
             self.counts.append({"time": sim.time, "step": sim.step, "dt": sim.dt, **sim.status()})
             for name, values in (sim.probes() if self.probes else {}).items():
                 self.probes[name].append({"time": sim.time, **values})
@@ -399,6 +415,14 @@ class _Session:
         if self.save.due(self._now):
             self._checkpoint("checkpoints")
         self.clocks.write += clock.monotonic() - before
+
+    def _begin(self) -> None:
+        """Writes the first row of the energies: that of what moves at t = 0, and what it was given, are those of the first step."""
+        if self.first is None:
+            return
+        row, self.first = self.first, None
+        told: dict[str, float] = getattr(self.sim, "given_at_start", {})
+        self.history.append(row | {key: value for key, value in told.items() if key in row})
 
     def keep(self) -> None:
         """A checkpoint now."""
@@ -458,10 +482,11 @@ class _Session:
             }
             summary = write_summary(folder, **counted, contact=sim.contact_report(), overlap=sim.overlap_report(), **how)
             lines = answer(folder, summary)
-        # shorter ones measure the start; a step of statics is no step
-        if c.advance > 1.0 and summary["steps"] >= FEW_STEPS and self.scene.increments is None:
-            speed.remember(self.scene, self.arch, summary["node_steps_per_second"])
+        began = clock.monotonic()
         drawn = draw(self.out, self.progress) if pictures else []
+        # shorter ones measure the start; one that went on was built twice
+        if self.planned is not None and summary["steps"] >= FEW_STEPS and self.answered is None:
+            speed.remember(self.scene, self.arch, self.planned, c.seconds | {"draw": clock.monotonic() - began if drawn else 0.0})
         if "contact" in summary:
             lines = [*lines, contact_text(summary["contact"])]
         if "overlap" in summary:

@@ -8,8 +8,8 @@ from .plan import Plan
 from .progress import Progress, bytes_text, duration_text
 
 
-def tell_plan(scene: Scene, p: Plan, progress: Progress) -> None:
-    """The lines of `validate`."""
+def tell_plan(scene: Scene, p: Plan, progress: Progress, pictures: bool = True) -> None:
+    """The lines of `validate`; pictures: whether they will be drawn."""
     progress.say(f"{scene.title} ({scene.name}, {scene.quality}{parameters_text(scene)})")
     for body in p.bodies:
         mass = f"mass {body.mass:.6g} kg"
@@ -29,14 +29,27 @@ def tell_plan(scene: Scene, p: Plan, progress: Progress) -> None:
             progress.say(f"  {note}")
     if p.counted:
         progress.say(f"  {p.nodes} nodes and particles are many: they are counted, not made; a run looks at regions, cuts and overlaps")
+    for warning in p.warnings:
+        progress.say(f"  beware: {warning}")
     n = scene.numerics
     progress.say(f"  {scene.formulations}, {n.precision}, duration {show(scene.duration, 's')}")
     memory = f"{bytes_text(p.memory)} ({bytes_text(p.memory / max(p.nodes, 1))} per node)"
-    disk, seconds = bytes_text(p.disk), duration_text(p.seconds)
+    disk, seconds = bytes_text(p.disk), duration_text(p.total(pictures))
     if p.most > 1.0:  # how far a patch grows is not known
         memory = f"{bytes_text(p.memory)} to {bytes_text(p.most_memory)}"
-        disk, seconds = f"{disk} to {bytes_text(p.disk * p.most)}", f"{seconds} to {duration_text(p.seconds * p.most)}"
-    progress.say(f"  estimated: dt {show(p.dt, 's')}, {p.steps} steps, memory {memory}, disk {disk}, {seconds}")
+        disk, seconds = (
+            f"{disk} to {bytes_text(p.disk * p.most)}",
+            f"{seconds} to {duration_text(p.total(pictures) + p.seconds * (p.most - 1.0))}",
+        )
+    progress.say(
+        f"  estimated: dt {show(p.dt, 's')}, {p.steps} steps, memory {memory}, disk {disk}, {seconds} ({shares_text(p, pictures)})"
+    )
+
+
+def shares_text(p: Plan, pictures: bool = True) -> str:
+    """'stepping 12 s, compiling 20 s, writing and pictures 9 s'."""
+    drawn = f"writing and pictures {duration_text(p.writing + p.drawing)}" if pictures else f"writing {duration_text(p.writing)}"
+    return f"stepping {duration_text(p.seconds)}, compiling {duration_text(p.compiling)}, {drawn}"
 
 
 def parameters_text(scene: Scene | Study) -> str:

@@ -15,6 +15,7 @@ from ..errors import RunInterrupted, RunStopped, TaichiSphError
 from ..output import files
 from ..output.lock import locked
 from ..run import session as running
+from ..run import speed
 from ..run.draw import can_draw
 from ..run.gate import SUMMARY_FILE, check_out, checked_plan, default_out
 from ..run.plan import Plan
@@ -129,10 +130,11 @@ def tell_study(study: Study, plans: dict[str, Plan], progress: Progress) -> None
     for case, p in plans.items():
         progress.say(
             f"  {case:{width}}  {p.nodes} nodes, {sum(b.stress_points for b in p.bodies)} stress points, "
-            f"dt {show(p.dt, 's')}, {p.steps} steps, {duration_text(p.seconds)}"
+            f"dt {show(p.dt, 's')}, {p.steps} steps, {duration_text(p.seconds)} of stepping"
         )
     memory = max(p.memory for p in plans.values())
-    disk, seconds = (sum(getattr(p, key) for p in plans.values()) for key in ("disk", "seconds"))
+    disk = sum(p.disk for p in plans.values())
+    seconds = speed.BEGIN + sum(p.seconds + p.writing + p.compiling for p in plans.values())  # one comparison is drawn
     progress.say(f"  estimated in all: memory {bytes_text(memory)}, disk {bytes_text(disk)}, {duration_text(seconds)}")
 
 

@@ -66,6 +66,7 @@ class World:
         self.leaks = gauges(scene, self.groups)
         self._probed = [(p, *self._followed(p)) for p in scene.output.probes]
         timed = scene.modes is None and scene.limit is None
+        self.given_at_start: dict[str, float] = {}  # J, entries of the ledger at t = 0 that the first step tells
         self.strain_gauges = [self._glued(gauge) for gauge in (scene.output.gauges if timed else ())]
         for one in (*self.groups, *self.couplings):
             one.start()
@@ -251,6 +252,7 @@ class World:
                 # below 1/2 m v_0^2 by 1/8 m (dt a_0)^2 and stays there
                 kinetic = sum(group.entries().kinetic for group in self.groups)
                 self.clock.injected = kinetic + sum(one.given() for one in (*self.groups, *self.couplings))
+                self.given_at_start = {"kinetic": kinetic, "injected": self.clock.injected}
             self.clock.dt_before = self.dt
             self.time += self.dt
             self.step += 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,10 +14,13 @@ from taichi_sph.pool import Pool
 from taichi_sph.run import speed
 from taichi_sph.run.plan import plan
 from taichi_sph.scene import Scene
+from taichi_sph.scene.script import load_scene
 from taichi_sph.verification.bench import TRAFFIC, exponent, plate_scene, step_bytes
 from taichi_sph.verification.spectrum import _lowest, element_stiffness, square
 
 from ..scene.examples import GOOD
+
+SCENES = Path(__file__).parents[2] / "scenes"
 
 
 @pytest.mark.parametrize("cells", ["triangle", "quad"])
@@ -70,12 +74,39 @@ def test_cost_exponent():
     assert exponent(rows) == pytest.approx(1.1)
 
 
-def test_speeds_are_remembered_and_forgiven():
+def test_what_runs_took_is_remembered_and_forgiven():
+    """The same scene first, then one that has the same in it; a plan is right about what it was told."""
     scene = Scene.model_validate(GOOD)
-    assert speed.recall(scene, "cpu") == speed.ASSUMED
-    speed.remember(scene, "cpu", 3e6)
-    assert speed.recall(scene, "cpu") == 3e6 and speed.recall(scene, "cuda") == speed.ASSUMED
-    path = speed.cache_folder() / "speed.json"
-    for text in ("", "[]", '{"cpu galerkin f64": "fast"}', json.dumps({"cpu galerkin f64": None})):
+    assert speed.recall(scene, "cpu") == speed.Costs()
+    plain = plan(scene)
+    took = {"advance": 3 * plain.seconds, "compile": 7.0, "write": 2 * plain.writing, "draw": 0.0}
+    speed.remember(scene, "cpu", plain, took)
+    learnt = plan(scene, speed.recall(scene, "cpu"))
+    assert (learnt.seconds, learnt.compiling, learnt.writing) == pytest.approx((3 * plain.seconds, 7.0, 2 * plain.writing))
+    assert learnt.drawing == plain.drawing  # there were no pictures
+    assert learnt.total() == pytest.approx(speed.BEGIN + learnt.seconds + 7.0 + learnt.writing + learnt.drawing)
+    assert learnt.total(pictures=False) == pytest.approx(learnt.total() - learnt.drawing)
+    finer = scene.model_copy(update={"name": "another"})
+    assert speed.recall(finer, "cpu").pace == pytest.approx(3) and speed.recall(scene, "cuda") == speed.Costs()
+    speed.remember(finer, "cpu", plain, took | {"advance": 5 * plain.seconds})
+    assert speed.recall(scene, "cpu").pace == pytest.approx(3)
+    path = speed.cache_folder() / "seconds.json"
+    for text in (
+        "",
+        "[]",
+        '{"cpu": "fast"}',
+        json.dumps({"cpu": {"pace": None}}),
+        json.dumps(dict.fromkeys(speed._keys(scene, "cpu"), {"pace": -1})),
+    ):
         path.write_text(text)
-        assert speed.recall(scene, "cpu") == speed.ASSUMED
+        assert speed.recall(scene, "cpu") == speed.Costs()
+
+
+def test_what_is_in_a_scene_makes_it_dearer():
+    """Metal, contact, and ties of elements and particles."""
+    tank = SCENES / "empty_tank.py"
+    alone, tied = (plan(load_scene(tank, {"coupled": coupled})) for coupled in (False, True))
+    rates = {body.name: body.rate for body in alone.bodies}
+    assert rates == {"tank": speed.RATE["metal"], "bullet": 0.0}
+    assert tied.compiling > alone.compiling
+    assert tied.seconds / tied.steps - speed.OVERLAP > speed.CONTACT

@@ -15,6 +15,9 @@ import numpy as np
 import pytest
 
 from taichi_sph.output import checkpoint
+from taichi_sph.output.histories import read_history
+from taichi_sph.run.plan import plan
+from taichi_sph.scene.script import load_scene
 
 from ..scene.examples import spoiled
 
@@ -106,3 +109,19 @@ def test_doctor_names_a_mend(work):
     done = program("doctor", "--arch", "cuda")
     if done.returncode:
         assert "BAD  Taichi on cuda" in done.stdout and "mend: install the driver of the device" in done.stdout
+
+
+def test_what_moves_at_the_start_has_its_energy_in_the_first_row(work):
+    """A plate that flies as a whole: m v^2 / 2 from the first row on."""
+    data = spoiled("duration", "4 us")
+    data |= {"forces": [], "motions": [], "initial": [{"body": "plate", "velocity": [0, 10, 0]}]}
+    data["output"] = {"frames": 1, "samples": 4, "checkpoints": 1}
+    (work / "small.json").write_text(json.dumps(data))
+    done = program("run", "small.json", "--out", "whole", "--no-pictures")
+    assert done.returncode == 0, done.stderr
+    found = read_history(work / "whole/histories/energies.csv")
+    energy = 0.5 * plan(load_scene(work / "small.json")).bodies[0].mass * 10**2
+    assert len(found) == 5 and found["kinetic"] == pytest.approx(energy) and found["injected"] == pytest.approx(energy)
+    assert found["B_percent"][0] == 0.0
+    told = done.stdout.split("estimated")[1].splitlines()[0]
+    assert "stepping" in told and "compiling" in told and "pictures" not in told

@@ -16,7 +16,7 @@ from taichi_sph.output.histories import write_history
 from taichi_sph.output.measures import MEASURES, check_quantities, cracks, measure
 from taichi_sph.output.measures.pattern import cell_centres, pattern
 from taichi_sph.output.measures.waves import rayleigh_speed
-from taichi_sph.scene import Cut, Plate, Quantity, Scene, dump
+from taichi_sph.scene import Cut, Output, Plate, Probe, Quantity, Scene, StrainGauge, dump
 
 from .synthetic import ANGLE, BIFURCATION, LENGTH, SPEED, TIP, WIDTH, branched, frame_at, grid, plate_scene, write_run
 
@@ -257,11 +257,35 @@ def test_rayleigh_speed_of_the_thesis() -> None:
         (Quantity(name="branch_count", options={"station": "here"}), "is a number"),
         (Quantity(name="branch_count", options={"body": 3}), "is a text"),
         (Quantity(name="history_value", options={"history": "x"}), "needs the option 'column'"),
+        (Quantity(name="displacement", unit="m", options={"x": 0, "y": 0, "axis": "w"}), "option 'axis' is 'x', 'y' or 'z', not 'w'"),
+        (Quantity(name="crack_length", unit="m", options={"how": "longst"}), "not 'longst'; did you mean 'longest'"),
+        (Quantity(name="crack_length", unit="m", options={"cut": 1}), "'cut' = 1 is outside 0 to 0"),
+        (Quantity(name="hole_diameter", unit="m", options={"hole": 0}), "'hole' = 0 is no whole number from 1 on"),
+        (Quantity(name="face_frequency", unit="Hz", options={"face": "top", "start": 0}), "no rigid body 'top' with faces"),
+        (Quantity(name="history_mean", options={"history": "energies", "column": "x", "start": 2, "end": 1}), "'end' = 1 is not after"),
+        (Quantity(name="history_peak", options={"history": "probe_end", "column": "u_w"}), "no column 'u_w'; did you mean 'u_.'"),
+        (
+            Quantity(name="history_peak", options={"history": "probe_edn", "column": "u_x"}),
+            "no history 'probe_edn'; did you mean 'probe_end'",
+        ),
+        (Quantity(name="history_peak", options={"history": "gauge_root", "column": "strian"}), "did you mean 'strain'"),
     ],
 )
 def test_wrong_quantities_are_refused(quantity: Quantity, sentence: str) -> None:
+    kept = Output(probes=[Probe(name="end", point=(0, 0, 0))], gauges=[StrainGauge(name="root", point=(0, 0, 0), along=(1, 0, 0))])
+    scene = plate_scene(output=kept)
     with pytest.raises(SceneError, match=sentence):
-        check_quantities(plate_scene().model_copy(update={"quantities": (quantity,)}))
+        check_quantities(scene.model_copy(update={"quantities": (quantity,)}))
+
+
+def test_columns_that_are_checked_before_are_those_that_are_written() -> None:
+    from taichi_sph.bodies.rigid.group import RigidGroup
+    from taichi_sph.bodies.shell.gauge import Gauge
+    from taichi_sph.observers.leak import UNITS
+    from taichi_sph.output.measures import GAUGE, LEAK, RIGID
+
+    for named, written in ((GAUGE, Gauge.units), (LEAK, UNITS), (RIGID, RigidGroup.track_units)):
+        assert named == ("time", *written)
 
 
 def test_every_measure_says_what_it_measures() -> None:

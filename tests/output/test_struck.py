@@ -130,6 +130,20 @@ def test_one_sees_through_between_the_petals(plate) -> None:
     assert seen > 1.5 * measure("hole_diameter", plate)
 
 
+def test_the_hole_that_one_sees_is_not_what_is_missing(plate, empty) -> None:
+    """Of the tank, through one hole one looks at the far wall, which does not close it."""
+    names = ("hole_diameter", "seen_diameter", "opening_diameter")
+    missing, seen, through = (measure(name, plate) for name in names)
+    assert 1.5 * missing < seen == pytest.approx(through, abs=SPACING)
+    missing, seen, through = (measure(name, empty) for name in names)
+    assert missing < seen == pytest.approx(through, abs=0.5 * 0.004)
+    assert measure("opening_diameter", empty, {"reach": 3 * struck.TANK}) == pytest.approx(through, rel=0.01)
+    assert measure("seen_diameter", empty, {"hole": 3}) == 0
+    text = " ".join(answer(empty))
+    assert f"a hole of {1e3 * seen:.3g} mm, as one sees it between its lips" in text
+    assert f"(material as a disc of {1e3 * missing:.3g} mm is missing)" in text
+
+
 def test_before_the_hit_all_is_whole(plate) -> None:
     first = plate.frames().body(0)
     f = parts.fragments(first)

@@ -14,8 +14,10 @@ from PIL import Image
 
 from taichi_sph.errors import SceneError
 from taichi_sph.frame import BodyFrame
+from taichi_sph.output.answer import answer
+from taichi_sph.output.histories import write_history
 from taichi_sph.render import backend, panel, pictures, plots, prices
-from taichi_sph.scene import Collocation
+from taichi_sph.scene import Collocation, Output, StrainGauge
 
 from ..output.synthetic import frames, plate_scene, write_run
 
@@ -191,6 +193,25 @@ def test_pieces_by_classes_of_mass(tmp_path: Path) -> None:
     path.write_text("\n".join([head, *rows[:9]]) + "\n")
     assert plots.fragments(run, "fragments") is None
     plots.plt.close("all")
+
+
+def test_gauges_are_told_and_drawn_and_say_when_they_broke(tmp_path: Path) -> None:
+    gauges = [StrainGauge(name=name, point=(0, 0, 0), along=(0, 1, 0)) for name in ("root", "at_tip")]
+    run = write_run(tmp_path, count=2, scene=plate_scene(output=Output(gauges=gauges)))
+    time = np.linspace(0, 6e-5, 7)
+    for name, gone in (("root", 9), ("at_tip", 4)):
+        strain = np.where(np.arange(7) < gone, -1e-3 * np.sin(time / 2e-5), np.nan)
+        columns = {"time": time, "strain": strain, "membrane": strain, "bending": 0 * strain}
+        write_history(tmp_path / f"histories/gauge_{name}.csv", {n: "s" if n == "time" else "-" for n in columns}, columns)
+    text = "\n".join(answer(run))
+    assert "Gauge root: -0.0997 % strain at the most, at 30 us; -0.0141 % at the end." in text
+    assert "Gauge at tip: -0.0997 % strain at the most, at 30 us; its cells broke by 40 us, after which it reads nothing (nan)." in text
+    figure = plots.gauges(run)
+    assert figure is not None and {t.get_text() for t in figure.axes[0].texts} == {"root", "at tip: broke by 40 µs"}
+    plots.plt.close("all")
+    (tmp_path / "histories/gauge_root.csv").unlink()
+    (tmp_path / "histories/gauge_at_tip.csv").unlink()
+    assert plots.gauges(run) is None
 
 
 def test_titles_tell_runs_apart(tmp_path: Path) -> None:

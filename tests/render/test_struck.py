@@ -13,7 +13,7 @@ from PIL import Image
 from taichi_sph.frame import NO_CELLS, BodyFrame
 from taichi_sph.output.folder import RunFolder
 from taichi_sph.output.frames import FramesFile
-from taichi_sph.render import backend, panel, pictures, section, struck
+from taichi_sph.render import backend, panel, pictures, plots, section, struck
 from taichi_sph.render.sheet import Shot, length_text, sheet
 
 from ..output import struck as drawn
@@ -296,3 +296,33 @@ def test_a_ball_that_stands_for_a_plane_is_not_drawn(runs, monkeypatch):
 
         monkeypatch.setattr(FramesFile, "body", swollen)
         assert (striker.name in {b.name for b in struck.bodies_at(run, 0)}) == shown
+
+
+def test_instants_show_how_it_ruptured() -> None:
+    """Of two ruptures far apart, each has frames of its own, and the end; even times have none of them."""
+    times = np.linspace(0, 1e-3, 101)
+    broke = np.repeat([2.1e-5, 2.9e-5, 8.1e-4, 8.3e-4], 4)
+    assert struck.instants(times, broke, False) == [3, 42, 81, 83, 100]
+    assert struck.instants(times, np.repeat([1e-4, 2e-4, 3e-4, 4e-4], 1), False) == [11, 20, 30, 40, 100]
+    assert struck.instants(times, np.zeros(0), False) == [0, 25, 50, 75, 100]
+    assert struck.instants(times[:2], broke, True) == [1]
+
+
+def test_shells_small_beside_what_strikes_them_are_shown_alone(runs) -> None:
+    """In a window of their own; large ones keep that of the overview."""
+    for name in ("plate", "full"):
+        views = struck.views_of(runs[name], [-1])
+        assert views["dry"] == views["front"]
+
+
+def test_targets_are_told_in_units_that_suit() -> None:
+    assert plots._suiting(1.03e-5, "s") == (pytest.approx(1e6), "us")
+    assert plots._suiting(1.2, "") == (1.0, "")
+    entry = {"value": 1.008e-5, "target": 1.01e-5, "tolerance": 1e-7, "unit": "s", "met": True, "source": ""}
+    named = "peak_time(history=probe_centre, start=7.5e-06, end=1.25e-05)"
+    figure = plots.targets({"title": "t", "cases": {"one": {}}, "quantities": {f"{named}_one": entry}})
+    (axes,) = figure.axes
+    assert "10.08" in {text.get_text() for text in axes.texts}
+    lines = axes.get_xlabel().splitlines()
+    assert len(lines) > 1 and max(map(len, lines)) <= plots.NARROW and lines[-1].endswith("[us]")
+    plots.plt.close("all")

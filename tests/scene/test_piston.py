@@ -11,6 +11,7 @@ import pytest
 from taichi_sph.errors import SceneError
 from taichi_sph.geometry.regions import extent, inside
 from taichi_sph.geometry.surfaces import mesh_of
+from taichi_sph.run.gate import default_out
 from taichi_sph.scene import Scene, load_scene
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "scenes"))
@@ -100,3 +101,8 @@ def test_a_half_weighs_half():
     for name in ("piston", "chariot"):
         assert half.body(name).mass == 0.5 * whole.body(name).mass
     assert len(half.walls) == 1 and not whole.walls
+
+
+def test_the_specimen_names_the_folder_and_the_title():
+    scene = piston(specimen="TF")
+    assert default_out(scene) == Path("runs/piston-TF-draft") and "specimen TF, 5 m/s" in scene.title

@@ -10,7 +10,7 @@ import inspect
 from collections.abc import Callable, Mapping
 
 from ...errors import SceneError, nearest
-from ...scene import Scene
+from ...scene import Quantity, Scene
 from ...scene.check import shortened
 from ..folder import RunFolder
 from . import column, cracks, entry, expansion, fluid, folds, fragments, leak, parting, penetration, perforation, plates, solids, waves
@@ -48,6 +48,7 @@ MEASURES: dict[str, tuple[Measure, str]] = {  # name -> function, unit
     "dust_mass": (fragments.dust_mass, "kg"),
     "plug_diameter": (fragments.plug_diameter, "m"),
     "hole_diameter": (fragments.hole_diameter, "m"),
+    "seen_diameter": (fragments.seen_diameter, "m"),
     "opening_diameter": (fragments.opening_diameter, "m"),
     "crack_opening": (fragments.crack_opening, "m"),
     "petals": (fragments.petals, ""),
@@ -96,6 +97,14 @@ MEASURES: dict[str, tuple[Measure, str]] = {  # name -> function, unit
 }
 
 
+CHOICES = {"axis": ("x", "y", "z"), "how": ("straight", "longest", "total"), "rule": ("predicted", "thesis")}
+COUNTED = {"hole_diameter": "hole", "seen_diameter": "hole", "frequency_ratio": "mode", "limit_load": "number"}
+PROBE = ("time", "u_x", "u_y", "u_z", "v_x", "v_y", "v_z")  # columns of histories
+GAUGE = ("time", "strain", "membrane", "bending")
+RIGID = ("time", "x", "y", "z", "vx", "vy", "vz", "fx", "fy", "fz", "f_max")
+LEAK = ("time", "escaped_mass", "escaped_count", "rate", "jet_speed", "jet_x", "jet_y", "jet_z", "opening_area")
+
+
 def _accepted(name: str, options: Mapping[str, object]) -> tuple[Measure, str]:
     if name not in MEASURES:
         raise SceneError(f"there is no measure '{name}'{nearest(name, MEASURES)}")
@@ -135,14 +144,57 @@ def _whose(scene: Scene, name: str, option: str) -> tuple[list[str], list[str]]:
     return shells, [] if function is perforation.time_to_rupture else shells
 
 
+def _check_choice(scene: Scene, quantity: Quantity) -> None:
+    """SceneError for an option whose value is none of those that there are: what the measure would refuse at the end of the run."""
+    what, options = f"quantity '{quantity.name}'", quantity.options
+    for option, valid in CHOICES.items():
+        if option in options and options[option] not in valid:
+            said = ", ".join(f"'{v}'" for v in valid[:-1]) + f" or '{valid[-1]}'"
+            close = nearest(str(options[option]), valid) if len(valid[0]) > 1 else ""
+            close = close if "did you mean" in close else ""
+            raise SceneError(f"{what}: option '{option}' is {said}, not '{options[option]}'{close}")
+    if "face" in options:
+        faced = [rigid.name for rigid in scene.rigids if rigid.faces]
+        if options["face"] not in faced:
+            raise SceneError(f"{what}: there is no rigid body '{options['face']}' with faces{nearest(str(options['face']), faced)}")
+    counted = COUNTED.get(quantity.name)
+    if counted in options and (float(options[counted]) < 1 or float(options[counted]) % 1):
+        raise SceneError(f"{what}: option '{counted}' = {options[counted]:g} is no whole number from 1 on")
+    if "cut" in options:
+        cuts = [len(shell.cuts) for shell in scene.shells if shell.name == options.get("body", shell.name)]
+        if options["cut"] not in range(most := max([1, *cuts])):
+            raise SceneError(f"{what}: option 'cut' = {options['cut']:g} is outside 0 to {most - 1}: cuts are counted from 0")
+    start, end = (options.get(option) for option in ("start", "end"))
+    if isinstance(start, float | int) and isinstance(end, float | int) and start >= end:
+        raise SceneError(f"{what}: option 'end' = {end:g} is not after 'start' = {start:g}")
+
+
+def _check_history(scene: Scene, quantity: Quantity) -> None:
+    """SceneError for a history, or a column of one, that the scene itself says there will not be: of a probe, gauge, rigid body or leak.
+    What else there is, is known when the bodies are made (run/session.py)."""
+    known: dict[str, tuple[str, ...]] = {f"probe_{probe.name}": PROBE for probe in scene.output.probes}
+    known |= {f"gauge_{gauge.name}": GAUGE for gauge in scene.output.gauges}
+    known |= {f"{perforation.PREFIX}{rigid.name}": RIGID for rigid in scene.rigids}
+    known |= {leak.called(scene, f.name): LEAK for f in scene.fluids if getattr(f.fill, "shell", None) is not None}
+    history, column = (str(quantity.options.get(option, "")) for option in ("history", "column"))
+    what = f"quantity '{quantity.name}'"
+    if history not in known:
+        if history.startswith(("probe_", "gauge_", perforation.PREFIX)):
+            raise SceneError(f"{what}: this run writes no history '{history}'{nearest(history, known)}")
+    elif column and column not in known[history]:
+        raise SceneError(f"{what}: the history '{history}' has no column '{column}'{nearest(column, known[history])}")
+
+
 def check_quantities(scene: Scene) -> None:
-    """Refuses quantities that no measure gives, with a unit or options that it does not have, of a body that is not there
-    or is not said."""
+    """Refuses quantities that no measure gives, with a unit or options that it does not have or whose values are none that there are, of a
+    body that is not there or is not said."""
     for quantity in scene.quantities:
         try:
             function, unit = _accepted(quantity.name, quantity.options)
         except SceneError as error:
             raise SceneError(shortened(str(error))) from None
+        _check_choice(scene, quantity)
+        _check_history(scene, quantity)
         for option in {"body", "fluid", "striker"} & set(inspect.signature(function).parameters):
             names, chosen = _whose(scene, quantity.name, option)
             given = quantity.options.get(option)

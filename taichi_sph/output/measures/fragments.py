@@ -20,8 +20,10 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
 from ...frame import BodyFrame
+from ...geometry.mesh import SurfaceMesh
 from ...geometry.regions import inside, nodes_in
 from ...geometry.surfaces import mesh_of
+from ...observers.opening import openings
 from ...scene import Scene, Shell
 from ..folder import RunFolder
 from ..histories import write_history
@@ -201,6 +203,37 @@ def holes(f: Fragments) -> list[Hole]:
     return sorted(found, key=lambda h: h.time)
 
 
+def surface(body: BodyFrame) -> SurfaceMesh:
+    """The reference of a shell as a mesh."""
+    return SurfaceMesh(body.reference, body.cells, node_spacing(body.reference, body.cells))
+
+
+def seen(f: Fragments) -> tuple[np.ndarray, np.ndarray]:
+    """What one sees through: the region (M,) of each cell that is no live part of what is held (-1: it is one), and the area [m2] within
+    the lips of each region, as observers/opening.py has it."""
+    body = f.body
+    corner = np.where(body.cells < 0, body.cells[:, :1], body.cells)
+    whole = live(body) & ~f.gone[corner].any(axis=1)
+    areas = cell_areas(body.reference, body.cells)
+    region, area = openings(body.points, body.cells, surface(body).edges.sides, areas, ~live(body), f.dust, whole)
+    return np.where(whole, -1, region), area
+
+
+def lips(f: Fragments, hole: Hole) -> tuple[float, bool]:
+    """Diameter [m] of the disc as large as the area within the lips around a hole as they are now, cracks that run from it included; and
+    whether that opening is about as wide as it is long."""
+    region, area = seen(f)
+    missing = np.zeros(len(f.body.points), dtype=bool)
+    missing[hole.nodes] = True
+    corner = np.where(f.body.cells < 0, f.body.cells[:, :1], f.body.cells)
+    mine = np.unique(region[(region >= 0) & missing[corner].any(axis=1)])
+    across = float(np.sqrt(4 / np.pi * area[mine].sum()))
+    rim = np.unique(corner[np.isin(region, mine)])
+    rim = rim[~f.gone[rim]]
+    extent = float(np.linalg.norm(np.ptp(f.body.points[rim], axis=0))) if len(rim) else np.inf
+    return across, across >= COMPACT * extent
+
+
 # --- where it was hit ---------------------------------------------------------------------------
 
 
@@ -364,11 +397,13 @@ def light(body: BodyFrame, centre: np.ndarray, direction: np.ndarray, reach: flo
     """Area [m2] through which one sees along `direction`, past the held live cells within `reach` [m] of `centre`.
 
     Cells are projected now, bent as they are, on a raster of a third of a spacing; the area is the uncovered set nearest to
-    the centre that does not touch the rim of the window.
+    the centre that does not touch the rim of the window. What faced the other way at the start is the far wall and does not count.
     """
     f = fragments(body)
     step = node_spacing(body.reference, body.cells) / 3
-    near = np.linalg.norm(cell_centres(body.reference, body.cells) - centre, axis=1) <= 1.5 * reach
+    away = np.linalg.norm(cell_centres(body.reference, body.cells) - centre, axis=1)
+    facing = surface(body).area_vectors
+    near = (away <= 1.5 * reach) & (facing @ facing[np.argmin(away)] > 0)
     corner = np.where(body.cells < 0, body.cells[:, :1], body.cells)
     chosen = corner[near & live(body) & ~f.gone[corner].any(axis=1)]
     axes = np.linalg.svd(direction[None])[2][1:]
@@ -491,10 +526,19 @@ def plug_diameter(run: RunFolder, scene: Scene, *, body: str | None = None) -> f
 
 
 def hole_diameter(run: RunFolder, scene: Scene, *, body: str | None = None, hole: float = 1) -> float:
-    """Diameter [m] of the disc as large as what is missing of the reference in the `hole`-th hole (the first one
-    began first: the front of a tank, then its back); 0 without it. Petals are not missing: see opening_diameter."""
-    found = holes(fragments(_last(run, body), scene))
+    """Diameter [m] of the disc as large as the material that is missing of the reference in the `hole`-th hole (the first one
+    began first: the front of a tank, then its back); 0 without it. It is not the hole that one sees: petals are not missing, and material
+    counts by whole nodes. See seen_diameter and opening_diameter."""
+    found = holes(fragments(_last(run, body)))
     return found[int(hole) - 1].diameter if len(found) >= hole else 0.0
+
+
+def seen_diameter(run: RunFolder, scene: Scene, *, body: str | None = None, hole: float = 1) -> float:
+    """Diameter [m] of the disc as large as the area within the lips of the `hole`-th hole (in the order of hole_diameter) as they are at
+    the end: the hole that one sees, with the cracks that run from it; 0 without it."""
+    f = fragments(_last(run, body), scene)
+    found = holes(f)
+    return lips(f, found[int(hole) - 1])[0] if len(found) >= hole else 0.0
 
 
 def opening_diameter(
@@ -509,13 +553,30 @@ def opening_diameter(
 ) -> float:
     """Diameter [m] of the disc as large as the hole that one sees along the striker's flight (the normal, without a
     striker), between petals bent as they are; around where it was struck, or (x, y, z), within `reach` [m]
-    (default: a third of the body's size)."""
+    (default: as far as what is open there, and a third more). The far wall of a tank does not count."""
     last = _last(run, body)
     centre = _centre(run, last, x, y, z)
-    reach = reach or float(np.ptp(last.reference, axis=0).max()) / 3
+    reach = reach or around(last, centre)
     hit = blow(run, last)
     direction = hit[1] if hit is not None else normal_at(last, centre, reach / 3)
     return float(np.sqrt(4 / np.pi * light(last, centre, direction, reach)))
+
+
+def around(body: BodyFrame, centre: np.ndarray) -> float:
+    """How far [m] from a point what is open beside it reaches, now or in the reference, and a third and six spacings more; a third of
+    the body's size where nothing is open."""
+    region, _ = seen(fragments(body))
+    spacing, whole = node_spacing(body.reference, body.cells), float(np.ptp(body.reference, axis=0).max()) / 3
+    open_ = np.flatnonzero(region >= 0)
+    if not len(open_):
+        return whole
+    first = open_[np.argmin(np.linalg.norm(cell_centres(body.reference, body.cells)[open_] - centre, axis=1))]
+    f, corner = fragments(body), np.unique(body.cells[region == region[first]])
+    lip = corner[(corner >= 0) & ~f.gone[corner]]
+    if not len(lip):
+        return whole
+    farthest = max(float(np.linalg.norm(points[lip] - centre, axis=1).max()) for points in (body.reference, body.points))
+    return farthest * 4 / 3 + 6 * spacing
 
 
 def crack_opening(run: RunFolder, scene: Scene, *, body: str | None = None) -> float:

@@ -12,12 +12,14 @@ from . import fragments
 
 
 def torn(run: RunFolder, shell: str) -> float:
-    """Widest of the holes and cracks of a shell at the end [m]; 0 without one."""
+    """Widest of the holes (within their lips) and cracks (between theirs) of a shell at the end [m]; 0 without one."""
     body = run.frames(run.torn(shell)).body(-1)
     if "broken" not in body.cell_data:
         return 0.0
-    hole = max((hole.diameter for hole in fragments.holes(fragments.fragments(body, run.scene))), default=0.0)
-    return max(hole, fragments.widest(body))
+    f = fragments.fragments(body, run.scene)
+    found = fragments.holes(f)
+    seen = [across for across, compact in (fragments.lips(f, hole) for hole in found) if compact]
+    return max([fragments.widest(body), *(hole.diameter for hole in found), *seen])
 
 
 def gap(run: RunFolder, shell: str, fluid: str, spacing: float) -> tuple[float, int] | None:
@@ -58,7 +60,7 @@ def too_narrow(run: RunFolder, show: Callable[[float, str], str]) -> list[str]:
                 continue  # the tank of another fluid
             width = torn(run, shell.name)
             if SHUT * spacing < width < FLOWS * spacing:
-                found.append(narrow(f"the widest opening in '{shell.name}'", width, fluid.name, spacing, show))
+                found.append(narrow(f"the widest opening in '{shell.name}', between its lips,", width, fluid.name, spacing, show))
             slot = gap(run, shell.name, fluid.name, spacing)
             if slot is not None and slot[0] < FLOWS * spacing:
                 found.append(narrow(f"the gap between '{shell.name}' and walls[{slot[1]}]", slot[0], fluid.name, spacing, show))
