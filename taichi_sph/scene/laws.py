@@ -254,8 +254,8 @@ class Material(Frozen):
 
     @property
     def laws(self) -> tuple:
-        """What is compiled for it: strength (none; by a table, with rates, layers), damage, its scatter and spread, delay, rupture. Numbers do not
-        count."""
+        """What is compiled for it: strength (none; by a table, with rates, layers), damage, its scatter and spread, delay, rupture.
+        Numbers do not count."""
         strength = self.strength
         hardens = None if strength is None else (strength.kind == "table", strength.kind == "johnson_cook", strength.layers)
         damages = (self.damage is not None, getattr(self.damage, "scatter", None) is not None, bool(getattr(self.damage, "spread", None)))

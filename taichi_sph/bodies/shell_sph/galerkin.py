@@ -57,7 +57,7 @@ from .bearing import bearing
 from .galerkin_reference import references, references_touched, shares, sides, turns, turns_touched
 from .links import Links, Rows, Sources
 from .slits import slits
-from .spread import Spread, gathers
+from .spread import Spread, narrow
 from .voids import voids
 
 GAUSS = 0.5 / np.sqrt(3.0)
@@ -153,7 +153,7 @@ class Galerkin(Pool):
         self.rows.renew_all()
         self._reference(mesh, weighed(bodies, mesh.areas))
         self.spread: Spread | None = None
-        if any(getattr(sheet.material.damage, "spread", None) for sheet in material.sheets) and gathers(model):
+        if narrow(model).any():
             material.spreads = True
             cells.spread()
             self.spread = Spread(f"spread{suffix}", model, lips)

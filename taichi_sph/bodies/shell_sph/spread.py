@@ -24,10 +24,10 @@ import math
 
 import numpy as np
 
-from ... import runtime
 from ...pool import Pool
 from ...runtime import ti
 from ..shell.build import Model, cell_spacing, spread_over_cells
+from ..shell.sections import Sheet
 from .links import Links, Rows, Sources
 from .slits import Slits
 
@@ -36,14 +36,15 @@ SAME = 1e-6  # of the thickness: a cell as wide as that spreads nothing
 ALONE = 0.25  # of the spacing: h of a cell that has no neighbour but itself
 
 
-def gathers(model: Model) -> bool:
-    """Whether any cell is narrower than its sheet is thick, so that there is something to spread."""
-    return bool((cell_spacing(model.mesh) < _thick(model) * (1 - SAME)).any())
+def narrow(model: Model) -> np.ndarray:
+    """(M,) width of the necks of cells [m]; 0 where they are as wide as their sheet is thick, or spread no damage."""
+    return spread_over_cells(model.bodies, [_neck(sheet) for sheet in model.material.sheets])
 
 
-def _thick(model: Model) -> np.ndarray:
-    """(M,) thickness of the cells [m]."""
-    return spread_over_cells(model.bodies, [sheet.thickness for sheet in model.material.sheets])
+def _neck(sheet: Sheet) -> float:
+    """Width of the neck in a sheet [m], 0 where nothing is spread: as in laws/necking.py the mean spacing of its mesh counts."""
+    asked = getattr(sheet.material.damage, "spread", None)
+    return sheet.thickness if asked and sheet.width < sheet.thickness * (1 - SAME) else 0.0
 
 
 class Spread(Pool):
@@ -54,8 +55,8 @@ class Spread(Pool):
         super().__init__(name)
         self.cells = cells = model.cells
         mesh, n = model.mesh, model.cells.n
-        widths, thick = cell_spacing(mesh), _thick(model)
-        h = np.where(widths < thick * (1 - SAME), thick * NECK, ALONE * widths)
+        neck = narrow(model)
+        h = np.where(neck > 0, NECK * neck, ALONE * cell_spacing(mesh))
         body = np.concatenate([np.full(one.cells.n, k) for k, one in enumerate(model.bodies)])
         self.rows = Links(
             f"{name}.rows",
