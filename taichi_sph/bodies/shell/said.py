@@ -277,8 +277,8 @@ class Shell(Body):
             raise ValueError(f"{key}: not possible yet beside a patch; leave out spread or patch")
         if form.kind != "galerkin":
             raise ValueError(f"{key}: not possible yet with {own} '{form.kind}'; use 'galerkin', or leave it out")
-        if getattr(self.material.strength, "layers", None):
-            raise ValueError(f"{key}: not possible yet with strength.layers = {self.material.strength.layers}; leave one of them out")
+        if layers := getattr(self.material.strength, "layers", None):
+            raise ValueError(f"{key}: not possible yet with strength.layers = {layers}; leave one of them out")
 
     def _patched(self, scene: Any, where: str, form: Any) -> None:
         """What a shell of elements with particles in it cannot be yet."""
