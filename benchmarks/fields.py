@@ -23,6 +23,7 @@ SCENES = (
     ("plate_perforation", METAL),
     ("crack_branching", {"formulation": "collocation"}),
     ("plate_burst", {}),
+    ("piston", {"specimen": "TF", "cells": "0.8 mm", "shells.0.material.damage.spread": True}),
     ("clamped_plate", {"slenderness": 0.1, "nodes": "regular", "cells": "quad"}),
     ("arlequin_bending", {"form": "coupled"}),
     ("plate_modes", {"edges": "free", "nodes": "regular"}),

@@ -126,7 +126,8 @@ class LemaitreChaboche(Frozen):
     """Ductile damage, linear in the plastic strain (T 2.62, 2.66): 0 up to `threshold`, `critical` at `rupture`, both
     true plastic strains of uniaxial tension. `necks`: `rupture` is the strain in a neck, and a cell wider than the sheet is
     thick breaks at the mean of the neck and the sheet beside it (laws/necking.py). `scatter`: of both strains from cell to cell, standard
-    deviation over mean (laws/scatter.py); `numerics.seed` chooses among them."""
+    deviation over mean (laws/scatter.py); `numerics.seed` chooses among them. `spread`: in cells narrower than the sheet is thick, damage
+    goes by the mean plastic strain over a neck as wide as that (bodies/shell_sph/spread.py)."""
 
     kind: Literal["lemaitre_chaboche"] = "lemaitre_chaboche"
     threshold: Annotated[Dimensionless, Field(ge=0)]  # eps_d, eps_p^s
@@ -134,6 +135,7 @@ class LemaitreChaboche(Frozen):
     critical: Annotated[Dimensionless, Field(gt=0, le=1)]  # D_c
     necks: StrictBool | None = None
     scatter: Annotated[Dimensionless, Field(ge=0.001, le=0.5)] | None = None
+    spread: StrictBool | None = None
 
     @model_validator(mode="after")
     def _grows(self) -> LemaitreChaboche:
@@ -252,11 +254,11 @@ class Material(Frozen):
 
     @property
     def laws(self) -> tuple:
-        """What is compiled for it: strength (none; by a table, with rates, layers), damage and its scatter, delay, rupture. Numbers do not
-        count."""
+        """What is compiled for it: strength (none; by a table, with rates, layers), damage, its scatter and spread, delay, rupture.
+        Numbers do not count."""
         strength = self.strength
         hardens = None if strength is None else (strength.kind == "table", strength.kind == "johnson_cook", strength.layers)
-        damages = (self.damage is not None, getattr(self.damage, "scatter", None) is not None)
+        damages = (self.damage is not None, getattr(self.damage, "scatter", None) is not None, bool(getattr(self.damage, "spread", None)))
         return hardens, damages, self.delay is not None, self.critical_damage is not None
 
     @model_validator(mode="after")

@@ -11,6 +11,7 @@ from taichi_sph.scene import (
     Cut,
     Cylinder,
     Fluid,
+    LemaitreChaboche,
     Meeting,
     NodalForce,
     Numerics,
@@ -84,6 +85,8 @@ def test_every_kernel_is_exercised(monkeypatch):
     bent = start(plate_scene(motion="free", motions=[held], pressures=[pushed], static=Static(residual=1e-2, method="relaxation")))
     bent.advance(1)
     start(plate_scene(material={"strength": Perfect(yield_stress=1e6)})).advance(20)
+    ductile = LemaitreChaboche(threshold=0.0, rupture=0.1, critical=0.2, spread=True)
+    start(plate_scene(material={"strength": Perfect(yield_stress=1e6), "damage": ductile})).advance(2)
     thesis = {"kind": "collocation", "selective_shear": True}
     middle = Cut(start=(0.5 * SIDE, 0, 0), end=(0.5 * SIDE, 0.3 * SIDE, 0))
     start(plate_scene(motion="free", formulation=thesis, cuts=[middle])).advance(1)

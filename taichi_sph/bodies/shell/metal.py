@@ -23,6 +23,8 @@ of the middle of the step, so the rest is of second order in the step.
 own stress, p and D, strained by d_eps + sqrt(3) zeta d_beta, and m, b are their moments; the section breaks when the
 mean of D_r over the thickness reaches D_c. Transverse shear stays elastic then.
 
+**Spread.** Where damage is spread over the width of a neck (shell_sph/spread.py), it grows with the mean of p and dp over it.
+
 **After a rupture** the cells around it see fewer nodes, and their strains jump although nothing has moved. The jump is no deformation:
 stress and plastic state are kept, and the new strains only become the base of the next increment (`rebase`). A look at the forces
 (dt = 0) changes nothing either.
@@ -224,10 +226,13 @@ def _section(cells: ti.template(), material: ti.template(), s, d: ti.template(),
         volume = material.thickness[b] * cells.area[s]
         D_1 = D_0
         if ti.static(material.damages):
-            if dp > 0.0 or cells.damage[s] > D_0:
+            drives, dq = p, dp
+            if ti.static(material.spreads):
+                drives, dq = cells.neck[s], cells.neck_step[s]
+            if dq > 0.0 or cells.damage[s] > D_0:
                 if not _spared(cells, s):
                     ratio2 = von_mises.pressure2(stress, alpha) / ti.max(von_mises.equivalent2(stress, alpha, kappa), 1e-30)
-                    D, D_r = _damaged(cells, material, s, b, cells.damage[s], D_0, p, dp, ratio2, dt)
+                    D, D_r = _damaged(cells, material, s, b, cells.damage[s], D_0, drives, dq, ratio2, dt)
                     D_1 = D_r
                     cells.damage[s], cells.delayed[s] = D, D_1
                     if D_1 > D_0:

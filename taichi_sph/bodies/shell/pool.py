@@ -83,6 +83,11 @@ class StressPoints(Pool):
         self.tough = self.field("tough", self.n, doc="over the mean of the material, the plastic strains of damage of this point")
         runtime.put(self.tough, tough)
 
+    def spread(self) -> None:
+        """What drives damage where it goes by the mean plastic strain over a neck (shell_sph/spread.py)."""
+        self.neck = self.field("neck", self.n, doc="mean of p over the width of a neck, which drives damage", keeps=True)
+        self.neck_step = self.field("neck_step", self.n, doc="its growth in this step")
+
     def _metal(self, material: "MaterialPool", bends: bool, sheet: np.ndarray) -> None:
         """History of a metal (bodies/shell/metal.py); of a bent shell in layers, at every layer as well."""
         first = material.first[sheet]
@@ -238,6 +243,7 @@ class MaterialPool(Pool):
         self.yields = one.strength is not None
         self.damages = one.damage is not None
         self.scatters = getattr(one.damage, "scatter", None) is not None
+        self.spreads = False  # set where cells are narrower than a neck, and damage.spread asks for it (shell_sph/spread.py)
         self.delays = one.delay is not None
         self.remembers = self.yields or self.damages
         self.breaks = one.critical_damage is not None

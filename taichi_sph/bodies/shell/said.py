@@ -251,6 +251,8 @@ class Shell(Body):
                 raise ValueError(f"{where}.sections: not possible yet beside a patch; leave out sections or patch")
         if form.kind == "collocation" and self.varied:
             raise ValueError(f"{where}.sections: not possible yet with {own}formulation '{form.kind}'; use 'galerkin' or 'elements'")
+        if getattr(self.material.damage, "spread", None):
+            self._spreads(f"{where}.material.damage.spread", form, f"{own}formulation")
         if scene.limit is not None and self.varied:
             raise ValueError(f"{where}.sections: limit is sought of one thickness and one material; leave out limit or sections")
         if form.kind == "collocation" and any(pressure.body == self.name for pressure in scene.pressures):
@@ -268,6 +270,15 @@ class Shell(Body):
             key = f"{where}.spacing" if self.spacing is not None else "numerics.spacing"
             why = f"is {show(surface.smallest, 'm')} wide" if surface.kind == "plate" else f"takes at most {show(surface.smallest, 'm')}"
             raise ValueError(f"{key} {show(spacing, 'm')} is larger than the body: {surface.kind} '{self.name}' {why}")
+
+    def _spreads(self, key: str, form: Any, own: str) -> None:
+        """What cannot spread its damage yet."""
+        if self.patch is not None:
+            raise ValueError(f"{key}: not possible yet beside a patch; leave out spread or patch")
+        if form.kind != "galerkin":
+            raise ValueError(f"{key}: not possible yet with {own} '{form.kind}'; use 'galerkin', or leave it out")
+        if layers := getattr(self.material.strength, "layers", None):
+            raise ValueError(f"{key}: not possible yet with strength.layers = {layers}; leave one of them out")
 
     def _patched(self, scene: Any, where: str, form: Any) -> None:
         """What a shell of elements with particles in it cannot be yet."""

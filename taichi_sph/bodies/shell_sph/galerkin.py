@@ -57,6 +57,7 @@ from .bearing import bearing
 from .galerkin_reference import references, references_touched, shares, sides, turns, turns_touched
 from .links import Links, Rows, Sources
 from .slits import slits
+from .spread import Spread, narrow
 from .voids import voids
 
 GAUSS = 0.5 / np.sqrt(3.0)
@@ -144,12 +145,18 @@ class Galerkin(Pool):
             runtime.put(self.stiffness_d, scale * membrane * spread_over_nodes(bodies, [e**2 for e, _, _ in constants]) / 12.0)
         of_nodes = runtime.get(nodes.body, n) if nodes.several else None
         longest = float((2.0 * support * local).max())
-        for hiding in (slits(mesh, of_nodes), voids(mesh, longest, of_nodes)):
+        lips = slits(mesh, of_nodes)
+        for hiding in (lips, voids(mesh, longest, of_nodes)):
             if hiding is not None:
                 seen = np.concatenate([points[: self.n_edges] + hiding.edge_moves[:, None], np.repeat(hiding.nodes[:, None], 2, axis=1)])
                 hiding.hide(self.rows, seen, hiding.nodes)
         self.rows.renew_all()
         self._reference(mesh, weighed(bodies, mesh.areas))
+        self.spread: Spread | None = None
+        if narrow(model).any():
+            material.spreads = True
+            cells.spread()
+            self.spread = Spread(f"spread{suffix}", model, lips)
 
     def _reference(self, mesh: SurfaceMesh, areas: np.ndarray) -> None:
         """Tangents, areas, directors and side coefficients of the reference, by the operator itself. areas (M,): of the cells, weighed."""
@@ -192,6 +199,8 @@ class Galerkin(Pool):
     def strain(self, dt: float, intact: int = 0) -> None:
         """Edge means, residual forces, stresses and side forces; advances history over dt, and leaves it as it is if dt = 0."""
         _row_values(self, self.n_edges, self.rows.n, intact, STEP if dt > 0.0 else LOOK)
+        if self.spread is not None and dt > 0.0:
+            self.spread.gather()
         of_sound_cells(self, self.cells.n, dt, intact)
 
     def force(self) -> None:
@@ -200,8 +209,10 @@ class Galerkin(Pool):
         _node_forces(self, self.nodes.n)
 
     def drop(self, n_new: int) -> None:
-        """The cells on the list `new` pull no more."""
+        """The cells on the list `new` pull no more, and no neck sees through them."""
         _drop(self, n_new)
+        if self.spread is not None:
+            self.spread.open(n_new)
 
     def restrain(self, links: Links, n_touched: int) -> None:
         """After the touched rows were renewed: their reference, their values, the stress of the cells they bound."""
@@ -227,7 +238,7 @@ class Galerkin(Pool):
 
     def pools(self) -> tuple[Pool, ...]:
         """All that has fields, rows first: the reference follows from them."""
-        return (self.rows, self)
+        return (self.rows, self) if self.spread is None else (self.rows, self, self.spread.rows, self.spread)
 
     def renew(self) -> None:
         """The reference follows from the rows."""

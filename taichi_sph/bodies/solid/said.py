@@ -85,6 +85,8 @@ class Solid(Body):
             raise ValueError(f"material.damage.scatter: not possible yet for solids, and '{self.name}' is one; leave it out")
         if getattr(material.damage, "necks", None):
             raise ValueError(f"material.damage.necks is of sheets, and '{self.name}' is a solid; leave it out")
+        if getattr(material.damage, "spread", None):
+            raise ValueError(f"material.damage.spread is of sheets, and '{self.name}' is a solid; leave it out")
         for key in ("alpha", "kappa", "layers"):  # a scene that was read back has all keys: what counts is another value
             if material.strength is not None and getattr(material.strength, key) != type(material.strength).model_fields[key].default:
                 raise ValueError(f"material.strength.{key} is of the cross-section of a shell, and '{self.name}' is a solid; leave it out")
