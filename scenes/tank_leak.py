@@ -63,6 +63,10 @@ def scene(
     solid, thrown = metal_bullet(metal, velocity, ACROSS[quality]) if metal != "none" else (None, None)
     speed, by = ("striker_speed", {}) if solid is None else ("body_speed", {"body": "bullet"})
     shape = [Quantity(name=name, unit="m", options={"axis": "x", **by}) for name in ("body_length", "body_diameter") if solid]
+    if drag and level == 0:
+        raise ValueError(f"drag = {drag:g}: the tank is empty; leave drag out, or level")
+    if drag is not None and drag < 0:
+        raise ValueError(f"drag = {drag:g}: give 0 (by the pressure of the water alone) or more")
     if halved and level <= 0.5:
         raise ValueError(f"halved = {halved}: the bullet flies at half the height, above a level of {level:g}; leave one out")
     if grows and coupled is not True:

@@ -28,9 +28,10 @@ VALUES = (int, float, str, tuple, list, dict, set)  # templates by their value: 
 
 
 class Spent:
-    """What the first launches of kernels took, which compile them or load what was compiled [s]."""
+    """What the first launches of kernels took, which compile them or load what was compiled [s]; processor: of all threads."""
 
     seconds = 0.0
+    processor = 0.0
 
 
 def working() -> float:
@@ -99,9 +100,10 @@ def _quick(slow: Callable[..., Any]) -> Callable[..., Any]:
         if known is not None and not impl._root_fb.empty:  # fields without a place: Taichi lays them out, and what waits is written
             return slow(self, *args)
         if known is None:
-            began = clock.perf_counter()
+            began, worked = clock.perf_counter(), clock.process_time()
             given = slow(self, *args)
             Spent.seconds += clock.perf_counter() - began
+            Spent.processor += clock.process_time() - worked
             templates = tuple(args[place] for place in takes.templates)
             if not self.has_print and not any(isinstance(template, VALUES) for template in templates):
                 kernel, program = self.compiled_kernels[self.ensure_compiled(*args)], impl.get_runtime().prog

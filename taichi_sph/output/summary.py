@@ -12,6 +12,7 @@ from .folder import RunFolder, write_json
 from .histories import write_history
 from .measures import measure
 from .measures.cracks import body_pattern, tip_history
+from .measures.fragments import UNITS as FRAGMENT_UNITS
 from .measures.fragments import write_fragments
 from .record import commit, machine, scene_hash
 
@@ -50,6 +51,15 @@ def quantity_names(scene: Scene) -> list[tuple[str, Quantity]]:
 def measured(run: RunFolder, scene: Scene) -> dict[str, dict[str, Any]]:
     """All quantities of the scene."""
     return {name: judged(q, measure(q.name, run, q.options)) for name, q in quantity_names(scene)}
+
+
+def derived(scene: Scene) -> dict[str, dict[str, str]]:
+    """name -> columns with their units, of the histories that follow from the frames of a finished run."""
+    cut = [shell.name for shell in scene.shells if shell.cuts and shell.material.critical_damage is not None]
+    torn = [shell.name for shell in scene.shells if shell.material.critical_damage is not None]
+    tips = {"crack_tip" if len(cut) == 1 else f"crack_tip_{body}": TIP_UNITS for body in cut}
+    pieces = {"fragments" if len(scene.shells) == 1 else f"fragments_{body}": FRAGMENT_UNITS for body in torn}
+    return tips | pieces
 
 
 def write_crack_tips(run: RunFolder, scene: Scene) -> list[str]:

@@ -57,6 +57,8 @@ class WorldLike(Protocol):
     @property
     def compile_seconds(self) -> float: ...
     @property
+    def compile_processor(self) -> float: ...
+    @property
     def unset(self) -> Collection[str]: ...  # last parts of the names of what may hold a NaN or an infinity in `state`
 
     def advance_to(self, time: float) -> None: ...
@@ -215,9 +217,12 @@ def resume(
 
 def _check_histories(scene: Scene, sim: WorldLike) -> None:
     """SceneError where a quantity reads a history, or a column of one, that the run will not write."""
+    from ..output.summary import derived
+
     written = {"energies": set(sim.energies()), "progress": {"time", "step", "dt", *sim.status()}}
     written |= {f"probe_{name}": {"time", *values} for name, values in (sim.probes() if scene.output.probes else {}).items()}
     written |= {name: {"time", *units} for name, units in sim.track_units().items()}
+    written |= {name: set(units) for name, units in derived(scene).items()}
     for quantity in scene.quantities:
         history, column = (str(quantity.options.get(key, "")) for key in ("history", "column"))
         what = f"quantity '{quantity.name}'"
@@ -251,8 +256,13 @@ def _may_go_on(out: Path, scene: Scene, changed: Scene) -> None:
     """SceneError where a finished run is given no later end."""
     if scene.static is not None:
         raise SceneError(f"the run in '{out}' is finished: there is nothing to resume")
-    if changed.duration > scene.duration or changed.until != scene.until:
+    if changed.until != scene.until or (changed.duration > scene.duration and scene.until is None):
         return
+    if scene.until is not None:
+        raise SceneError(
+            f"the run in '{out}' is finished: there is nothing to resume; it ends by `until`, and goes on without: --set until=null, or "
+            "with a smaller until.share"
+        )
     kept = any((out / "checkpoints").glob("*.checkpoint"))
     hint = f"it goes on with a later end than {show(scene.duration, 's')}: --set duration=..." if kept else "and it kept no checkpoint"
     raise SceneError(f"the run in '{out}' is finished: there is nothing to resume; {hint}")
@@ -263,9 +273,7 @@ def _may_change(scene: Scene, settings: Mapping[str, Any]) -> None:
     allowed, what = (LONGER, "run") if scene.static is None else (RESUMED, "search for equilibrium")
     for key in settings:
         if key not in allowed:
-            raise SceneError(
-                f"--set {key}: a resumed {what} takes {', '.join(allowed)}{nearest(key, allowed)}; run it anew with another scene"
-            )
+            raise SceneError(f"--set {key}: a resumed {what} cannot change it{nearest(key, allowed)}; run it anew with another scene")
 
 
 def _clocks_of(extra: dict[str, Any]) -> Clocks:
@@ -368,13 +376,14 @@ class _Session:
             target = min(duration, self.sample.next_time, self.picture.next_time, self.save.next_time)
             # a smaller target only returns earlier, it never changes a step
             target = min(target, sim.time + beat_steps * sim.dt)
-            before, worked, steps, compiled = clock.monotonic(), clock.process_time(), sim.step, sim.compile_seconds
+            before, steps, compiled = clock.monotonic(), sim.step, sim.compile_seconds
+            worked = clock.process_time() - sim.compile_processor
             sim.advance_to(target)
             spent = clock.monotonic() - before
             compiled = sim.compile_seconds - compiled  # what is met on the way, a rupture, is compiled then
             self.clocks.compile += compiled
             self.clocks.advance += spent - compiled
-            self.clocks.processor += clock.process_time() - worked - compiled
+            self.clocks.processor += clock.process_time() - sim.compile_processor - worked
             if spent > 0 and sim.step > steps:
                 beat_steps = max(1, min(4 * beat_steps, int((sim.step - steps) / spent * BEAT)))
             self._events()
@@ -386,6 +395,8 @@ class _Session:
             self.progress.say(self.answered)
             if self.frames_at < sim.time:
                 self.frames.append(sim.frame())
+            if self.scene.output.checkpoints:
+                self._checkpoint("checkpoints")  # the run may be wanted to go on
         if self.asked:
             self._interrupt()
 

@@ -51,6 +51,7 @@ class World:
         began = clock.perf_counter()
         self.build(scene)
         self.compile_seconds = clock.perf_counter() - began
+        self.compile_processor = 0.0  # s of all threads, for what is met on the way
 
     def build(self, scene: Scene) -> None:
         """All bodies of a scene at t = 0. What was there before is lost."""
@@ -244,7 +245,7 @@ class World:
                     self.time = before  # the increment is not done
                     raise
             return
-        began, compiled = launch.working(), launch.Spent.seconds
+        began, compiled, worked = launch.working(), launch.Spent.seconds, launch.Spent.processor
         for _ in range(steps):
             self.take(self.clock.dt_before, self.dt)
             if self.step == 0:
@@ -263,6 +264,7 @@ class World:
             if self.clock.refit and self.step % self.every == 0:
                 self._fit_dt()
         self.compile_seconds += launch.Spent.seconds - compiled
+        self.compile_processor += launch.Spent.processor - worked
         self.stepping += launch.working() - began
         self.look()
 

@@ -30,6 +30,7 @@ class FakeWorld:
         self.scene = scene
         self.time, self.step, self.dt, self.dt_rule = 0.0, 0, type(self).long or scene.duration / STEPS, "a rule"
         self.n_nodes, self.stress_points, self.bytes, self.compile_seconds = 4, 1, 1000, 0.25
+        self.compile_processor = 0.0
         self.x, self.v = 1.0, 0.0
 
     def advance_to(self, time: float) -> None:

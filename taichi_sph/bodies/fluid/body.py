@@ -95,6 +95,7 @@ class FluidBody(Pool):
         self.support, self.sound = self.fluids[0].support, max(fluid.water.sound for fluid in self.fluids)
         self.sorts = 0
         of = np.repeat(np.arange(len(fluids)), np.diff(first))
+        self.sizes = np.unique(parts).tolist()  # how many times smaller than D particles are
         self.p = p = FluidParticles(name, points, of, masses, spacing, self.constants, parts)
         self.skin = (max(skin, FAST) if p.sized else skin) * p.finest
         # 1e-3: supports grow by that at s = -0.3 %; of water torn further apart the lists may miss pairs at the very rim,
@@ -233,8 +234,7 @@ class FluidBody(Pool):
         # sound in Tait's water goes by (rho / rho_0)^((gamma - 1) / 2) faster, and the particles lie nearer
         sound, nearer, fastest = self.sound * squeezed ** (0.5 * (self.gamma - 1.0)), squeezed ** (-1.0 / 3.0), self.fastest()
         layer, lightest = float(self.constants[:, columns.DENSITY].max()) * self.p.spacing, getattr(self.surroundings, "lightest", None)
-        parts = np.unique(self.p.parts).tolist()
-        return min(stable_step(own / part * nearer, sound, fastest, self.support, layer / part, lightest) for part in parts)
+        return min(stable_step(own / part * nearer, sound, fastest, self.support, layer / part, lightest) for part in self.sizes)
 
     def squeezed(self) -> float:
         """rho / rho_0 of the densest particle, 1 at least; of the acoustic law, whose sound is the same everywhere, 1."""

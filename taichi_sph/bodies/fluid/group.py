@@ -110,7 +110,7 @@ class FluidGroup(Rest):
 
     def hastens(self, now: Now) -> bool:
         """Whether the fluid has become too fast for the step; looked at now and then, and always where a shock may make it stiffer."""
-        if now.step % LOOK and not self.body.stiffens:
+        if not (self.body.stiffens and now.due(self)) and now.step % LOOK:
             return False
         return self.scene.numerics.time_step_safety * self.body.stable_dt() < self.every * now.dt
 

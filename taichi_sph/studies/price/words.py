@@ -121,6 +121,8 @@ def recorded(scene: Scene | Study, hashed: Callable[[Scene], str]) -> list[str]:
         p, same_point = points[name], [quality for quality, one in chosen.items() if one == name]
         verb = "is" if len(same_point) == 1 else "are"
         said.append(f"by the rule {', '.join(same_point)} {verb}: {name}, error {_error_words(p)}, {_cost(p)}{_set(p['settings'])}")
+    if chosen and record.get("commit"):
+        said.append(f"the rule goes by what was measured at commit {record['commit'][:7]}; the scene may be another since")
     return said
 
 
