@@ -273,7 +273,9 @@ def _may_change(scene: Scene, settings: Mapping[str, Any]) -> None:
     allowed, what = (LONGER, "run") if scene.static is None else (RESUMED, "search for equilibrium")
     for key in settings:
         if key not in allowed:
-            raise SceneError(f"--set {key}: a resumed {what} cannot change it{nearest(key, allowed)}; run it anew with another scene")
+            near = nearest(key, allowed)
+            hint = "" if near.startswith("; valid") else near  # they stand there already
+            raise SceneError(f"--set {key}: a resumed {what} takes {', '.join(allowed)}{hint}; run it anew with another scene")
 
 
 def _clocks_of(extra: dict[str, Any]) -> Clocks:
@@ -496,7 +498,8 @@ class _Session:
         began = clock.monotonic()
         drawn = draw(self.out, self.progress) if pictures else []
         # shorter ones measure the start; one that went on was built twice
-        if self.planned is not None and summary["steps"] >= FEW_STEPS and self.answered is None:
+        # and steps of a search for equilibrium are no steps
+        if self.planned is not None and summary["steps"] >= FEW_STEPS and self.answered is None and self.scene.increments is None:
             speed.remember(self.scene, self.arch, self.planned, c.seconds | {"draw": clock.monotonic() - began if drawn else 0.0})
         if "contact" in summary:
             lines = [*lines, contact_text(summary["contact"])]
