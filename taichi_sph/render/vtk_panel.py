@@ -111,9 +111,8 @@ def image(
     """
     plotter = _plotter(look.loose)
     plotter.clear_actors()
-    plotter.render_window.SetSize(
-        SHARPER * width, SHARPER * height
-    )  # PyVista's own way would draw at once, and so would its camera_position
+    # PyVista's own window_size would draw at once, and so would its camera_position
+    plotter.render_window.SetSize(SHARPER * width, SHARPER * height)
     scale = SHARPER * height / (view.y1 - view.y0)  # pixels per metre
     low, high = np.inf, -np.inf  # towards the eye
     for body in bodies:

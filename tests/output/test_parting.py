@@ -85,7 +85,7 @@ def test_a_flap_has_turned(run: RunFolder) -> None:
     assert measure("turn_angle", run, flap_of | {"x": 1.0}) is None
     assert measure("turn_angle", run, flap_of | {"axis": "z"}) is None  # flat at first: its normal is the axis
     assert measure("turn_angle", run, flap_of | {"axis": "z", "time": 0.0}) is None
-    with pytest.raises(SceneError, match="option 'axis' is 'x', 'y' or 'z', not 'w'"):
+    with pytest.raises(SceneError, match="option 'axis' of measure '.*' is 'x', 'y' or 'z', not 'w'"):
         measure("turn_angle", run, flap_of | {"axis": "w"})
 
 

@@ -116,6 +116,11 @@ def _accepted(name: str, options: Mapping[str, object]) -> tuple[Measure, str]:
         kind = "text" if "str" in str(keywords[option].annotation) else "number"
         if (kind == "text") != isinstance(value, str):
             raise SceneError(f"option '{option}' of measure '{name}' is a {kind}, not {value!r}")
+        if option in CHOICES and value not in (valid := CHOICES[option]):
+            words = ", ".join(f"'{word}'" for word in valid[:-1]) + f" or '{valid[-1]}'"
+            close = nearest(str(value), valid)
+            close = close if "did you mean" in close and len(valid[0]) > 1 else ""  # all are there already
+            raise SceneError(f"option '{option}' of measure '{name}' is {words}, not {value!r}{close}")
     for option, parameter in keywords.items():
         if parameter.default is inspect.Parameter.empty and option not in options:
             raise SceneError(f"measure '{name}' needs the option '{option}'")
@@ -147,12 +152,6 @@ def _whose(scene: Scene, name: str, option: str) -> tuple[list[str], list[str]]:
 def _check_choice(scene: Scene, quantity: Quantity) -> None:
     """SceneError for an option whose value is none of those that there are: what the measure would refuse at the end of the run."""
     what, options = f"quantity '{quantity.name}'", quantity.options
-    for option, valid in CHOICES.items():
-        if option in options and options[option] not in valid:
-            said = ", ".join(f"'{v}'" for v in valid[:-1]) + f" or '{valid[-1]}'"
-            close = nearest(str(options[option]), valid) if len(valid[0]) > 1 else ""
-            close = close if "did you mean" in close else ""
-            raise SceneError(f"{what}: option '{option}' is {said}, not '{options[option]}'{close}")
     if "face" in options:
         faced = [rigid.name for rigid in scene.rigids if rigid.faces]
         if options["face"] not in faced:

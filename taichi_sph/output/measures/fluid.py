@@ -226,9 +226,7 @@ def layer_pressure(
     run: RunFolder, scene: Scene, *, fluid: str | None = None, axis: str, low: float, high: float, start: float, end: float
 ) -> float | None:
     """Mean pressure [Pa] of the particles between two places [m] along an axis, over the frames between two times [s]."""
-    c = "xyz".index(axis) if axis in ("x", "y", "z") else None
-    if c is None:
-        raise SceneError(f"option 'axis' is 'x', 'y' or 'z', not {axis!r}")
+    c = "xyz".index(axis)
     values, weights = [np.zeros(0)], [np.zeros(0)]
     for _, f in between(run, start, end, fluid):
         there = (f.points[:, c] >= low) & (f.points[:, c] <= high)

@@ -529,7 +529,7 @@ def hole_diameter(run: RunFolder, scene: Scene, *, body: str | None = None, hole
     """Diameter [m] of the disc as large as the material that is missing of the reference in the `hole`-th hole (the first one
     began first: the front of a tank, then its back); 0 without it. It is not the hole that one sees: petals are not missing, and material
     counts by whole nodes. See seen_diameter and opening_diameter."""
-    found = holes(fragments(_last(run, body)))
+    found = holes(fragments(_last(run, body), scene))
     return found[int(hole) - 1].diameter if len(found) >= hole else 0.0
 
 
@@ -565,13 +565,14 @@ def opening_diameter(
 def around(body: BodyFrame, centre: np.ndarray) -> float:
     """How far [m] from a point what is open beside it reaches, now or in the reference, and a third and six spacings more; a third of
     the body's size where nothing is open."""
-    region, _ = seen(fragments(body))
+    f = fragments(body)
+    region, _ = seen(f)
     spacing, whole = node_spacing(body.reference, body.cells), float(np.ptp(body.reference, axis=0).max()) / 3
     open_ = np.flatnonzero(region >= 0)
     if not len(open_):
         return whole
     first = open_[np.argmin(np.linalg.norm(cell_centres(body.reference, body.cells)[open_] - centre, axis=1))]
-    f, corner = fragments(body), np.unique(body.cells[region == region[first]])
+    corner = np.unique(body.cells[region == region[first]])
     lip = corner[(corner >= 0) & ~f.gone[corner]]
     if not len(lip):
         return whole

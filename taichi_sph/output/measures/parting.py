@@ -46,8 +46,6 @@ def turn_angle(
     """Angle [deg] about `axis` by which the live cells within `radius` of (x, y, z) [m] of the reference have turned, by their mean normal;
     at the frame nearest to `time` [s], by itself at the end. None where none lives, and where that normal lies along the axis, before or
     after: it does not show a turn about itself."""
-    if axis not in ("x", "y", "z"):
-        raise SceneError(f"option 'axis' is 'x', 'y' or 'z', not {axis!r}")
     file = run.the("shell", body)
     frame = file.body(-1 if time is None else int(np.argmin(np.abs(np.asarray(file.times) - time))))
     near = np.linalg.norm(cell_centres(frame.reference, frame.cells) - [x, y, z], axis=1) <= radius

@@ -89,8 +89,6 @@ def body_speed(
 def speed_of(history: History, time: float | None = None, axis: str = "z", beyond: float | None = None) -> float | None:
     """Speed [m/s] at the end, at `time` [s], or where the place along `axis` passes `beyond` [m]; None where it does not."""
     v = speeds(history)
-    if axis not in ("x", "y", "z"):
-        raise SceneError(f"option 'axis' is 'x', 'y' or 'z', not {axis!r}")
     if len(v) == 0:
         return None
     if beyond is not None:

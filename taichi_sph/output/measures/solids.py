@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...errors import SceneError
 from ...scene import Scene
 from ..folder import RunFolder
 
 
 def _points(run: RunFolder, body: str | None, axis: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(N,) places along the axis now and in the reference, (N,) distances now from the middle line along it, of the surface [m]."""
-    if axis not in ("x", "y", "z"):
-        raise SceneError(f"option 'axis' is 'x', 'y' or 'z', not {axis!r}")
     frame = run.the("solid", body).body(-1)
     own = np.unique(frame.cells[frame.cells >= 0])
     x, X, k = frame.points[own], frame.reference[own], "xyz".index(axis)
